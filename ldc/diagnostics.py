@@ -1,0 +1,95 @@
+"""Diagnostics: what is wrong, where, and what to do about it (DESIGN section 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from ldc.source import Span
+
+
+class Severity(StrEnum):
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Says what is there, at a place."""
+
+    span: Span
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding. ``code`` is stable (``LD0301``), ``help`` says what to do."""
+
+    code: str
+    message: str
+    primary: Label | None = None
+    secondary: tuple[Label, ...] = ()
+    help: str = ""
+    severity: Severity = Severity.ERROR
+
+    @property
+    def sort_key(self) -> tuple[str, int, str, str]:
+        at = self.primary.span if self.primary else None
+        return (at.source.path if at else "", at.start if at else -1, self.code, self.message)
+
+
+class Diagnostics:
+    """The bag that a stage adds findings to. Grows only; never printed from here."""
+
+    def __init__(self) -> None:
+        self._items: dict[tuple, Diagnostic] = {}
+
+    def add(self, diagnostic: Diagnostic) -> None:
+        self._items.setdefault(diagnostic.sort_key, diagnostic)
+
+    def error(
+        self, code: str, message: str, span: Span | None = None, label: str = "",
+        *, secondary: Iterable[Label] = (), help: str = "",
+    ) -> None:
+        self._report(Severity.ERROR, code, message, span, label, secondary, help)
+
+    def warning(
+        self, code: str, message: str, span: Span | None = None, label: str = "",
+        *, secondary: Iterable[Label] = (), help: str = "",
+    ) -> None:
+        self._report(Severity.WARNING, code, message, span, label, secondary, help)
+
+    def note(
+        self, code: str, message: str, span: Span | None = None, label: str = "",
+        *, secondary: Iterable[Label] = (), help: str = "",
+    ) -> None:
+        self._report(Severity.NOTE, code, message, span, label, secondary, help)
+
+    def _report(self, severity, code, message, span, label, secondary, help) -> None:
+        primary = Label(span, label) if span else None
+        self.add(Diagnostic(code, message, primary, tuple(secondary), help, severity))
+
+    def extend(self, other: Iterable[Diagnostic]) -> None:
+        for diagnostic in other:
+            self.add(diagnostic)
+
+    def __iter__(self):
+        """Sorted by file, place, code; none repeated."""
+        return iter(sorted(self._items.values(), key=lambda d: d.sort_key))
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    @property
+    def has_errors(self) -> bool:
+        return any(d.severity is Severity.ERROR for d in self._items.values())
+
+
+class Invalid(Exception):
+    """The input is wrong and the caller cannot go on; carries the findings."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("; ".join(f"{d.code} {d.message}" for d in self.diagnostics))

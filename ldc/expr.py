@@ -1,0 +1,119 @@
+"""Typed expressions and places: what names and operators mean once types are known.
+
+Shared by the model (which makes them), the graph (whose reference evaluator gives them their
+meaning) and IL (whose operands are ``Const`` and ``Place``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ldc.source import Span
+from ldc.types import BOOL, Scalar, Type
+
+
+@dataclass(frozen=True, slots=True)
+class Const:
+    """A scalar of a known type (an enumeration value is its number)."""
+
+    value: Scalar
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class FieldStep:
+    """``.name``: a structure field, or a pin or variable of an instance; declared spelling."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class IndexStep:
+    """``[i, j]``; ``bounds`` are those of the array. In IL each index is a Const or a Load."""
+
+    indexes: tuple[Expr, ...]
+    bounds: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BitStep:
+    """``.15`` of a bit string; always the last step, the place is then BOOL."""
+
+    bit: int
+
+
+Step = FieldStep | IndexStep | BitStep
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a value is kept: a variable (declared spelling) and the way into it.
+
+    ``is_global``: a VAR_GLOBAL of the configuration (also when reached by VAR_EXTERNAL) or a
+    direct address (``root`` is then the address in capitals, ``%IX0.0``); otherwise a variable
+    of the POU. ``type`` is the type of what is reached, ``base_type`` that of the variable.
+    """
+
+    root: str
+    type: Type
+    steps: tuple[Step, ...] = ()
+    is_global: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        """The place as IEC text, ``a.b[1, i].c``."""
+        return self.root + "".join(_step_text(step) for step in self.steps)
+
+
+def _step_text(step: Step) -> str:
+    match step:
+        case FieldStep(name):
+            return f".{name}"
+        case BitStep(bit):
+            return f".{bit}"
+        case IndexStep(indexes):
+            return f"[{', '.join(_index_text(i) for i in indexes)}]"
+
+
+def _index_text(index: Expr) -> str:
+    match index:
+        case Const(value):
+            return str(value)
+        case Load(place):
+            return str(place)
+    return "..."
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The value of a place."""
+
+    place: Place
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def type(self) -> Type:
+        return self.place.type
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """A function or operator on values.
+
+    ``op`` is the name of a standard function in capitals (operators too: ADD SUB MUL DIV MOD EXPT
+    AND OR XOR NOT GT GE EQ NE LE LT NEG), a conversion (``INT_TO_REAL``), or a FUNCTION of the
+    project (capitals). Arguments stand in declared order, defaults filled in, and have exactly the
+    types that the function takes: implicit conversions were made explicit. ``type`` is the result's.
+    """
+
+    op: str
+    args: tuple[Expr, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    user: bool = False
+
+
+Expr = Const | Load | Apply
+
+TRUE, FALSE = Const(True, BOOL), Const(False, BOOL)

@@ -1,0 +1,135 @@
+"""Typed IL: what the compiler produces and every engine starts from (DESIGN section 4).
+
+The machine is that of IEC 61131-3 section 3.2: one typed accumulator (the current result), deferred
+operators with parentheses, jumps to labels of the same POU.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ldc.expr import Const, Place
+from ldc.source import Span
+from ldc.symbols import Variable
+from ldc.types import BOOL, Type
+
+Operand = Const | Place
+
+# Mnemonics by group; N forms negate the operand, "(" forms open a deferred operation. The numbers
+# of the image are positions in OPCODES: append only.
+LOGIC = ("AND", "OR", "XOR")
+ARITHMETIC = ("ADD", "SUB", "MUL", "DIV", "MOD")
+COMPARISON = ("GT", "GE", "EQ", "NE", "LE", "LT")
+OPCODES: tuple[str, ...] = (
+    "LD", "LDN", "ST", "STN", "S", "R",
+    "AND", "OR", "XOR", "ANDN", "ORN", "XORN",
+    "AND(", "OR(", "XOR(", "ANDN(", "ORN(", "XORN(",
+    "ADD", "SUB", "MUL", "DIV", "MOD", "ADD(", "SUB(", "MUL(", "DIV(", "MOD(",
+    "GT", "GE", "EQ", "NE", "LE", "LT", "GT(", "GE(", "EQ(", "NE(", "LE(", "LT(",
+    ")", "NOT",
+    "JMP", "JMPC", "JMPCN", "LABEL", "CAL", "CALC", "CALCN", "RET", "RETC", "RETCN", "FN",
+)
+NUMBER: dict[str, int] = {op: n for n, op in enumerate(OPCODES)}
+
+
+@dataclass(frozen=True, slots=True)
+class Instr:
+    """One instruction.
+
+    ``op``: of OPCODES. ``operand``: what it works on (``AND(`` with an operand loads it first, as in
+    ``AND( a``; without one the next LD does). ``name``: the label of JMP*/LABEL; the function of FN.
+    ``type``: the type that the operation works in: of the value loaded or stored, of both sides of
+    an arithmetic operator or comparison (a comparison leaves BOOL), of the result of FN.
+    FN: the accumulator is the first argument, ``args`` are the others, ``outputs`` take the
+    VAR_OUTPUTs of a FUNCTION of the project by name; a FUNCTION without inputs ignores the accumulator.
+    JMPC jumps, CALC calls and RETC returns when the accumulator is TRUE, CN forms when it is FALSE;
+    none of them changes the accumulator. After CAL and LABEL it is undefined.
+    CAL calls the instance in ``operand``; pins were stored by ST before.
+    ``element``: index of the rung's element that it comes from, -1 for none.
+    """
+
+    op: str
+    operand: Operand | None = None
+    type: Type = BOOL
+    name: str = ""
+    args: tuple[Operand, ...] = ()
+    outputs: tuple[tuple[str, Place], ...] = ()
+    element: int = field(default=-1, compare=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class RungCode:
+    """The IL of one rung (or of one statement list). ``key`` is the rung's identity; ``label`` is the
+    label at its start when something jumps to it; ``proof``: "proof", "check" or "none"."""
+
+    key: str
+    code: tuple[Instr, ...]
+    label: str | None = None
+    title: str | None = None
+    name: str | None = None
+    proof: str = "none"
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A POU in IL. ``variables`` holds pins, locals, hidden memories and temporaries in order. The
+    result of a FUNCTION is kept in a local variable with the function's own name."""
+
+    kind: str
+    name: str
+    variables: tuple[Variable, ...]
+    rungs: tuple[RungCode, ...]
+    result: Type | None = None
+    title: str | None = None
+    standard: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """``interval``: nanoseconds between two executions, None: every scan or, with ``single``, at its
+    rising edge. ``priority``: 0 is the most urgent. ``watchdog``: backward jumps allowed in one
+    execution before the task is stopped."""
+
+    name: str
+    interval: int | None = None
+    priority: int = 0
+    single: Place | None = None
+    watchdog: int = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A program instance: ``name`` is its path, ``pou`` what it runs, ``task`` by which task."""
+
+    name: str
+    pou: str
+    task: str
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """One processor's share. ``safe``: output address or global/instance path to the value that it
+    takes when a task stops by a fault; outputs without one take FALSE/0."""
+
+    name: str
+    processor: str
+    tasks: tuple[Task, ...]
+    runs: tuple[Run, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A whole compiled project: units (callees before callers), globals and how they run."""
+
+    units: tuple[Unit, ...]
+    types: tuple[Type, ...]
+    globals: tuple[Variable, ...]
+    resources: tuple[Resource, ...]
+    safe: tuple[tuple[str, object], ...] = ()
+    name: str = ""
+
+    def unit(self, name: str) -> Unit:
+        key = name.upper()
+        return next(u for u in self.units if u.name.upper() == key)

@@ -1,0 +1,69 @@
+"""The resolved project: types made, names known, calls checked; bodies still as drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.symbols import Signature, Variable
+from ldc.types import Type
+
+
+@dataclass(frozen=True, slots=True)
+class Pou:
+    """A POU with its typed variables by name in capitals (pins first, in declared order).
+
+    The result of a FUNCTION is also a local variable with the function's name.
+    """
+
+    signature: Signature
+    title: str | None
+    variables: dict[str, Variable]
+    body: ast.LadderBody | ast.TextBody
+    span: Span
+
+    @property
+    def name(self) -> str:
+        return self.signature.name
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    name: str
+    interval: int | None
+    priority: int
+    single: ast.Expr | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    name: str
+    pou: str
+    task: str
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    name: str
+    processor: str
+    tasks: tuple[Task, ...]
+    runs: tuple[Run, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Everything that a rung may refer to. Dictionaries are keyed by names in capitals.
+
+    ``signatures`` holds the POUs of the project and the standard function blocks that it uses;
+    standard functions are looked up in ``ldc.library``. ``order`` lists POUs callees first.
+    """
+
+    pous: dict[str, Pou]
+    types: dict[str, Type]
+    globals: dict[str, Variable]
+    signatures: dict[str, Signature]
+    resources: tuple[Resource, ...]
+    order: tuple[str, ...]
+    safe: dict[str, object] = field(default_factory=dict)

@@ -1,0 +1,374 @@
+"""What was written: POUs, declarations and rungs as drawn, each with its span (DESIGN section 2).
+
+Nothing here is typed or resolved; names keep the spelling of the source.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ldc.source import SourceFile, Span
+
+# ---- expressions ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A literal. ``type`` is the declared prefix in capitals (``INT`` of ``INT#5``, TIME for ``T#..``,
+    BOOL for TRUE/FALSE), or None when the context decides (``5``, ``16#FF``, ``1.5``, ``'abc'``)."""
+
+    value: bool | int | float | bytes | str
+    type: str | None
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class EnumLiteral:
+    """``Colour#red``."""
+
+    type: str
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Direct:
+    """A directly represented variable, ``%IX0.0``."""
+
+    address: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``)."""
+
+    base: Expr
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    base: Expr
+    indexes: tuple[Expr, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """``op``: NOT or ``-`` (a sign on a number is part of the literal)."""
+
+    op: str
+    operand: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """``op``: OR XOR AND = <> < > <= >= + - * / MOD ** (``&`` is read as AND)."""
+
+    op: str
+    left: Expr
+    right: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """Of a call in an expression: ``name`` is None when positional; ``output`` for ``=>``."""
+
+    name: str | None
+    value: Expr
+    output: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    name: str
+    arguments: tuple[Argument, ...]
+    span: Span
+
+
+Expr = Literal | EnumLiteral | Name | Direct | Member | Index | Unary | Binary | Call
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """An initial value ``[1, 2, 3(0)]`` (items: (repeat, value)) or ``(a := 1, b := 2)`` (fields)."""
+
+    items: tuple[tuple[int, Initial], ...]
+    fields: tuple[tuple[str, Initial], ...]
+    span: Span
+
+
+Initial = Expr | Aggregate
+
+# ---- types and declarations -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class NamedType:
+    """An elementary type, a type of the project or a function block. ``length`` for STRING[n]."""
+
+    name: str
+    length: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayType:
+    bounds: tuple[tuple[Expr, Expr], ...]
+    element: TypeExpr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class StructType:
+    fields: tuple[VarDecl, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """``(red, amber := 5, green)``."""
+
+    values: tuple[tuple[str, Expr | None], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class SubrangeType:
+    base: str
+    low: Expr
+    high: Expr
+    span: Span
+
+
+TypeExpr = NamedType | ArrayType | StructType | EnumType | SubrangeType
+
+
+@dataclass(frozen=True, slots=True)
+class VarDecl:
+    """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line)."""
+
+    name: str
+    location: str | None
+    type: TypeExpr
+    initial: Initial | None
+    span: Span
+    group_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class VarBlock:
+    """``kind``: VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL VAR_GLOBAL;
+    ``qualifiers``: of RETAIN NON_RETAIN CONSTANT."""
+
+    kind: str
+    qualifiers: tuple[str, ...]
+    variables: tuple[VarDecl, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TypeDecl:
+    name: str
+    type: TypeExpr
+    initial: Initial | None
+    span: Span
+
+
+# ---- the ladder -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """``modifier``: "" (open, or any BOOL expression), "/" closed, "P" rising, "N" falling."""
+
+    modifier: str
+    expr: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Coil:
+    """``modifier``: "" "/" "S" "R" "P" "N"."""
+
+    modifier: str
+    target: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """``@name``: a net with a name."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """``>>label``, or the end of the POU when ``target`` is RETURN (any case)."""
+
+    target: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """``pin := value`` or (``output``) ``pin => target`` of a block; ``name`` None when positional."""
+
+    name: str | None
+    value: Expr | Branches | Junction
+    output: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """``<instance: TYPE(pins) in=PIN out=PIN>``; ``instance`` None for a function.
+
+    ``power_in``/``power_out``: what was written after ``in=``/``out=`` (``_``: not wired), or None.
+    """
+
+    instance: Expr | None
+    type: str
+    pins: tuple[Pin, ...]
+    power_in: str | None
+    power_out: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    items: tuple[Item, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Branches:
+    """``{ path | path }``."""
+
+    paths: tuple[Path, ...]
+    span: Span
+
+
+Item = Contact | Coil | Block | Junction | Jump | Branches
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """``name`` is a label and the identity that online change keeps; ``span`` is the whole rung."""
+
+    name: str | None
+    title: str | None
+    paths: tuple[Path, ...]
+    span: Span
+    name_span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LadderBody:
+    rungs: tuple[Rung, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TextBody:
+    """The source text of a body in another language: ``language`` is "ST" or "IL"."""
+
+    language: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Pou:
+    """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns."""
+
+    kind: str
+    name: str
+    title: str | None
+    result: TypeExpr | None
+    var_blocks: tuple[VarBlock, ...]
+    body: LadderBody | TextBody
+    span: Span
+    name_span: Span
+
+
+# ---- configuration ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """``TASK name (INTERVAL := .., PRIORITY := .., SINGLE := ..)``."""
+
+    name: str
+    interval: Expr | None
+    single: Expr | None
+    priority: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramInstance:
+    """``PROGRAM name WITH task : pou;``."""
+
+    name: str
+    task: str | None
+    pou: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """``RESOURCE name ON processor``; a resource is a processor."""
+
+    name: str
+    processor: str
+    var_blocks: tuple[VarBlock, ...]
+    tasks: tuple[Task, ...]
+    programs: tuple[ProgramInstance, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    name: str
+    var_blocks: tuple[VarBlock, ...]
+    resources: tuple[Resource, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """``text`` with its delimiters, as written."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """One parsed source. What did not parse is left out (the diagnostics tell)."""
+
+    source: SourceFile
+    pous: tuple[Pou, ...]
+    types: tuple[TypeDecl, ...]
+    globals: tuple[VarBlock, ...]
+    configurations: tuple[Configuration, ...]
+    comments: tuple[Comment, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    files: tuple[File, ...]

@@ -1,0 +1,100 @@
+"""Variables, their locations, and the signatures of what can be called."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from ldc.source import Span
+from ldc.types import Type, Value
+
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?\Z", re.IGNORECASE)
+WIDTH = {"X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """A place in the process image: ``area`` I Q M, ``size`` X B W D L, byte and bit address.
+
+    IEC 61131-3 leaves the unit of an address to the implementer: here ``%IWn`` counts words,
+    so ``%IW1`` is bytes 2 and 3, and ``%IX1.3`` is bit 3 of byte 1 (ADR 0002).
+    """
+
+    area: str
+    size: str
+    byte: int
+    bit: int = 0
+
+    @staticmethod
+    def parse(text: str) -> Location | None:
+        """``%IX0.0`` ``%QW3`` ``%I0.0``; None when it is no address of this runtime."""
+        match = _ADDRESS.match(text)
+        if not match:
+            return None
+        area, size, number, bit = match[1].upper(), match[2].upper() or "X", int(match[3]), match[4]
+        if size == "X":
+            if bit is None or int(bit) > 7:
+                return None
+            return Location(area, size, number, int(bit))
+        return Location(area, size, number * (WIDTH[size] // 8)) if bit is None else None
+
+    @property
+    def bits(self) -> int:
+        return WIDTH[self.size]
+
+    def __str__(self) -> str:
+        if self.size == "X":
+            return f"%{self.area}X{self.byte}.{self.bit}"
+        return f"%{self.area}{self.size}{self.byte // (WIDTH[self.size] // 8)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """``kind``: input output in_out local temp external global hidden.
+
+    ``hidden``: memory that the compiler made (edge memories, loop memories), part of the state;
+    ``temp``: has no state between two executions of the POU.
+    """
+
+    name: str
+    type: Type
+    kind: str = "local"
+    initial: Value | None = None
+    retain: bool = False
+    constant: bool = False
+    location: Location | None = None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A pin. ``initial`` is what an unconnected input has."""
+
+    name: str
+    type: Type
+    initial: Value | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """What a call of a POU takes and gives. ``kind``: FUNCTION_BLOCK FUNCTION PROGRAM.
+
+    ``result`` is the type of a FUNCTION (its pin is called OUT in ladder); ``standard`` tells that
+    it comes from the library, not from the project.
+    """
+
+    kind: str
+    name: str
+    inputs: tuple[Parameter, ...] = ()
+    outputs: tuple[Parameter, ...] = ()
+    in_outs: tuple[Parameter, ...] = ()
+    result: Type | None = None
+    standard: bool = False
+
+    def pin(self, name: str) -> Parameter | None:
+        key = name.upper()
+        for group in (self.inputs, self.outputs, self.in_outs):
+            for parameter in group:
+                if parameter.name.upper() == key:
+                    return parameter
+        return None
