@@ -1,0 +1,65 @@
+"""Fixtures that every test shares: goldens, which a person reads in a review and one option renews."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+GOLDEN = TESTS / "golden"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-golden",
+        action="store_true",
+        default=False,
+        help="write what the tests produce now into the golden files instead of comparing with them",
+    )
+
+
+def compare(path: Path, text: str, update: bool) -> None:
+    """Fail with a unified diff unless the file at `path` holds `text`; with `update`, write it instead.
+
+    A golden that does not exist fails: an expectation that nobody has read proves nothing.
+    """
+    shown = path.relative_to(TESTS.parent) if path.is_relative_to(TESTS.parent) else path
+    if update:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text.encode("utf-8"))
+        return
+    if not path.exists():
+        pytest.fail(f"no golden {shown}: run pytest --update-golden, then read what it wrote", pytrace=False)
+    expected = path.read_bytes().decode("utf-8")
+    if expected == text:
+        return
+    difference = difflib.unified_diff(
+        expected.splitlines(keepends=True), text.splitlines(keepends=True), str(shown), "produced now"
+    )
+    lines = [line if line.endswith("\n") else line + "\n\\ no newline at the end\n" for line in difference]
+    pytest.fail(f"{shown} differs (if that is meant, run pytest --update-golden):\n{''.join(lines)}", pytrace=False)
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
+    """`golden(name, text)` compares `text` with the file tests/golden/<name>, byte for byte."""
+    update = bool(request.config.getoption("--update-golden"))
+
+    def check(name: str, text: str) -> None:
+        compare(GOLDEN / name, text, update)
+
+    return check
+
+
+@pytest.fixture
+def golden_at(request: pytest.FixtureRequest) -> Callable[[Path, str], None]:
+    """`golden_at(path, text)`: the same for a file that lies beside what it belongs to (tests/errors, samples)."""
+    update = bool(request.config.getoption("--update-golden"))
+
+    def check(path: Path, text: str) -> None:
+        compare(path, text, update)
+
+    return check
