@@ -1,0 +1,34 @@
+"""What a project may say outside its source text (``ldc.toml``) that the model needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class TaskSetting:
+    """A task of the manifest.
+
+    ``interval``: nanoseconds, None runs it in every scan. ``programs``: names of PROGRAMs, each of
+    which gets one instance of its own name. ``processor``: where the task runs.
+    """
+
+    name: str
+    interval: int | None = None
+    priority: int = 0
+    programs: tuple[str, ...] = ()
+    processor: str = "master"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """``image_bytes``: size of each of the areas %I, %Q and %M. ``tasks``: used when the text has no
+    CONFIGURATION. ``safe``: output address or variable path -> value that it takes after a fault.
+    ``library``: the text is that of the standard library, which may use ``%NOW``, ``%FIRST_SCAN``
+    and the reserved names of the standard blocks."""
+
+    image_bytes: int = 1024
+    tasks: tuple[TaskSetting, ...] = ()
+    safe: Mapping[str, object] = field(default_factory=dict)
+    library: bool = False
