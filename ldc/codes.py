@@ -1,0 +1,45 @@
+"""The diagnostics that exist: one page each in ldc/pages, which `ldc explain` prints."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+_TITLE = re.compile(r"# (LD\d{4}): (.+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """`text` is Markdown and begins with its own title line."""
+
+    code: str
+    title: str
+    text: str
+
+
+@cache
+def codes() -> tuple[str, ...]:
+    """Every code that has a page, in order."""
+    names = (entry.name for entry in (resources.files("ldc") / "pages").iterdir())
+    return tuple(sorted(name[:-3] for name in names if re.fullmatch(r"LD\d{4}\.md", name)))
+
+
+@cache
+def page(code: str) -> Page | None:
+    """The page of a code as written in messages (`LD0301`, any case); None when there is none."""
+    code = code.upper()
+    if code not in codes():
+        return None
+    text = (resources.files("ldc") / "pages" / f"{code}.md").read_text(encoding="utf-8")
+    match = _TITLE.match(text)
+    return Page(code, match[2].strip() if match else code, text)
+
+
+def nearest(code: str, count: int = 3) -> tuple[str, ...]:
+    """Codes that look most like what was asked for; the number counts more than the letters."""
+    digits = re.sub(r"\D", "", code)
+    asked = f"LD{int(digits):04d}" if 0 < len(digits) <= 6 else code.upper()
+    return tuple(difflib.get_close_matches(asked, codes(), count, 0.5))

@@ -1,0 +1,260 @@
+"""The project file `ldc.toml`, and which sources the arguments of a command mean.
+
+    [project]     name, version, sources (globs), modules (names in order)
+    [processors]  name = "master" | "slave"
+    [tasks.NAME]  interval, priority, programs, processor
+    [memory]      image_bytes (of each of %I, %Q and %M)
+    [safe]        output = value that it takes after a fault
+    [run]         period, watch, inputs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+from ldc.diagnostics import Diagnostics
+from ldc.durations import parse_duration
+from ldc.model.settings import Settings, TaskSetting
+from ldc.reading import missing, read_source
+from ldc.source import SourceFile, Span
+from ldc.toml_spans import Entry
+from ldc.toml_tables import Tables, parse_toml
+
+NAME = "ldc.toml"
+EXTENSIONS = (".ld", ".st", ".il")
+
+Name = Annotated[str, Meta(min_length=1)]
+Role = Literal["master", "slave"]
+SafeValue = bool | int | float | str
+
+
+class ProjectTable(Struct):
+    name: Name = ""
+    version: str = "0.1.0"
+    sources: Annotated[tuple[Name, ...], Meta(min_length=1)] = ("**/*.ld", "**/*.st", "**/*.il")
+    modules: tuple[Name, ...] = ()
+
+
+class TaskTable(Struct):
+    interval: Name | None = None
+    priority: Annotated[int, Meta(ge=0, le=65535)] = 0
+    programs: tuple[Name, ...] = ()
+    processor: Name = "master"
+
+
+class MemoryTable(Struct):
+    image_bytes: Annotated[int, Meta(ge=1, le=1 << 20)] = 1024
+
+
+class RunTable(Struct):
+    period: Name = "10ms"
+    watch: tuple[Name, ...] = ()
+    inputs: Name | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A project file, checked. Durations are nanoseconds; globs and paths are as written, relative to
+    `folder`. `processors`: name to role. `spans`: where the keys stand, for findings of later stages."""
+
+    source: SourceFile
+    folder: Path
+    name: str
+    version: str
+    sources: tuple[str, ...]
+    modules: tuple[str, ...]
+    processors: dict[str, str]
+    tasks: tuple[TaskSetting, ...]
+    image_bytes: int
+    safe: dict[str, SafeValue]
+    period: int
+    watch: tuple[str, ...]
+    inputs: str | None
+    spans: dict[tuple[str, ...], Entry] = field(repr=False)
+
+    @property
+    def settings(self) -> Settings:
+        """What the model needs to know."""
+        return Settings(image_bytes=self.image_bytes, tasks=self.tasks, safe=self.safe)
+
+    def value_span(self, *path: str) -> Span | None:
+        entry = self.spans.get(path)
+        return entry.value if entry else None
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What the arguments of a command mean: files in a fixed order, settings, the project file if any."""
+
+    files: tuple[SourceFile, ...]
+    settings: Settings
+    manifest: Manifest | None
+
+
+def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sources:
+    """Read what the arguments name: `.ld` `.st` `.il` files, an `ldc.toml`, or folders with one.
+
+    Files keep the order of the arguments, those of a project are sorted by path; a file that is named
+    twice is read once. What cannot be read is left out, with a finding.
+    """
+    found: dict[Path, str] = {}
+    manifests: dict[Path, Manifest] = {}
+    for argument in map(str, paths):
+        path = Path(argument)
+        if path.is_dir():
+            if not (path / NAME).is_file():
+                _no_manifest(path, argument, diagnostics)
+                continue
+            path = path / NAME
+        if path.suffix.lower() in EXTENSIONS:
+            found.setdefault(_real(path), argument)
+        elif path.suffix.lower() == ".toml" and not path.name.lower().endswith(".ldc.toml"):
+            if _real(path) not in manifests:
+                source = read_source(path, _shown(path), diagnostics)
+                manifest = load_manifest(source, path.parent, diagnostics) if source else None
+                if manifest:
+                    manifests[_real(path)] = manifest
+                    found.update({_real(p): _shown(p) for p in _project_files(manifest, diagnostics)})
+        elif not path.exists():
+            missing(argument, diagnostics)
+        else:
+            _unknown_kind(path, argument, diagnostics)
+    if len(manifests) > 1:
+        first, second = list(manifests.values())[:2]
+        diagnostics.error(
+            "LD0608", f"two projects at once: `{first.source.path}` and `{second.source.path}`",
+            help="name one of them; files of the other can be named one by one",
+        )
+    files = [read_source(path, shown, diagnostics) for path, shown in found.items()]
+    manifest = next(iter(manifests.values()), None)
+    return Sources(tuple(f for f in files if f), manifest.settings if manifest else Settings(), manifest)
+
+
+def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) -> Manifest | None:
+    """The project file as checked values, or None (with findings) when anything in it is wrong."""
+    data = parse_toml(source, diagnostics)
+    if data is None:
+        return None
+    before = len(diagnostics)
+    tables = Tables(source, data, diagnostics)
+    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run"))
+    project = tables.table(("project",), ProjectTable)
+    memory = tables.table(("memory",), MemoryTable)
+    run = tables.table(("run",), RunTable)
+    processors = {
+        name: tables.value(("processors", name), value, Role) for name, value in tables.mapping("processors").items()
+    } or {"master": "master"}
+    safe = {name: tables.value(("safe", name), value, SafeValue) for name, value in tables.mapping("safe").items()}
+    tasks = tuple(_task(name, tables, processors) for name in tables.mapping("tasks"))
+    period = _duration(tables, ("run", "period"), run.period)
+    _check_modules(tables, project.modules)
+    _check_processors(tables, processors)
+    if len(diagnostics) > before:
+        return None
+    return Manifest(
+        source, folder, project.name or folder.resolve().name, project.version, project.sources,
+        project.modules, processors, tasks, memory.image_bytes, safe, period, run.watch,
+        run.inputs, tables.spans,
+    )
+
+
+def _task(name: str, tables: Tables, processors: dict[str, str]) -> TaskSetting:
+    path = ("tasks", name)
+    table = tables.table(path, TaskTable)
+    interval = _duration(tables, (*path, "interval"), table.interval) if table.interval else None
+    if table.processor not in processors:
+        tables.wrong(
+            (*path, "processor"), f"task `{name}` runs on `{table.processor}`, which is no processor of this project",
+            f"processors: {', '.join(processors)}",
+        )
+    return TaskSetting(name, interval, table.priority, table.programs, table.processor)
+
+
+def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:
+    """Nanoseconds of a duration that must be greater than 0."""
+    value = parse_duration(text)
+    if value is None or value <= 0:
+        tables.wrong(path, f"`{text}` is not a time between two scans", "write a number and a unit: 500us, 10ms, 1s")
+    return value or 1
+
+
+def _check_modules(tables: Tables, modules: Sequence[str]) -> None:
+    """The place of a module in the list is its index, so a name may stand there once."""
+    for index, name in enumerate(modules):
+        if name.upper() in (other.upper() for other in modules[:index]):
+            tables.wrong(("project", "modules"), f"module `{name}` is listed twice", "the order gives each its index")
+
+
+def _check_processors(tables: Tables, processors: dict[str, str]) -> None:
+    masters = [name for name, role in processors.items() if role == "master"]
+    if len(masters) != 1 and None not in processors.values():
+        tables.wrong(
+            ("processors",), f"a project has one master, this one has {', '.join(masters) or 'none'}",
+            'give the role "master" to one processor and "slave" to the others',
+        )
+
+
+def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
+    """The files that the globs of a project mean, each once, sorted by path."""
+    files: set[Path] = set()
+    for pattern in manifest.sources:
+        try:
+            hits = [
+                path for path in manifest.folder.glob(pattern)
+                if path.suffix.lower() in EXTENSIONS and path.is_file() and not _hidden(path, manifest.folder)
+            ]
+        except (ValueError, NotImplementedError, IndexError):
+            hits = []
+        explicit = manifest.value_span("project", "sources")
+        if not hits and explicit:
+            diagnostics.error(
+                "LD0613", f"`{pattern}` matches no source", explicit, f"looked in `{_shown(manifest.folder)}`",
+                help="sources are .ld, .st and .il files; folders whose name begins with a dot are left out",
+            )
+        files.update(hits)
+    if not files and not manifest.value_span("project", "sources"):
+        diagnostics.error(
+            "LD0607", f"the project `{manifest.name}` has no sources",
+            help=f"put a .ld file beside `{manifest.source.path}`, or name the sources under [project]",
+        )
+    return sorted(files, key=lambda path: path.relative_to(manifest.folder).parts)
+
+
+def _hidden(path: Path, folder: Path) -> bool:
+    return any(part.startswith(".") and part != ".." for part in path.relative_to(folder).parts)
+
+
+def _real(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        return path.absolute()
+
+
+def _shown(path: Path) -> str:
+    return path.as_posix()
+
+
+def _no_manifest(folder: Path, argument: str, diagnostics: Diagnostics) -> None:
+    try:
+        inside = sorted(entry.name for entry in folder.iterdir() if entry.suffix.lower() in EXTENSIONS)
+    except OSError:
+        inside = []
+    help = f"`ldc new {argument}` makes a project in an empty folder"
+    if inside:
+        more = ", ..." if len(inside) > 3 else ""
+        help = f"name its sources ({', '.join(inside[:3])}{more}), or write an {NAME} (it may be empty)"
+    diagnostics.error("LD0606", f"the folder `{argument}` has no {NAME}", help=help)
+
+
+def _unknown_kind(path: Path, argument: str, diagnostics: Diagnostics) -> None:
+    kind = f"`{path.suffix}` files" if path.suffix else "files without an extension"
+    diagnostics.error(
+        "LD0605", f"cannot compile `{argument}`: ldc does not read {kind}",
+        help=f"sources end in {', '.join(EXTENSIONS)}; a project is an {NAME} or a folder with one",
+    )

@@ -1,0 +1,69 @@
+"""Reading a source: bytes of a file to a SourceFile, and everything that can be wrong with them."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+
+from ldc.diagnostics import Diagnostics
+from ldc.source import SourceFile, Span
+
+LIMIT = 64 * 1024 * 1024
+"""Bytes. A text of that size is no ladder that anyone drew; it would only eat the memory."""
+
+
+def read_source(path: Path, shown: str, diagnostics: Diagnostics) -> SourceFile | None:
+    """The text of a file, or None with one finding added.
+
+    UTF-8, with or without a byte order mark; every kind of line end becomes ``\\n``, so that a rung has
+    one digest whatever the editor. `shown` is the name that messages use.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(LIMIT + 1)
+    except FileNotFoundError:
+        missing(shown, diagnostics)
+        return None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        diagnostics.error("LD0602", f"cannot read `{shown}`: {reason}", help="check the permissions of the file")
+        return None
+    if len(data) > LIMIT:
+        diagnostics.error(
+            "LD0604", f"`{shown}` is larger than {LIMIT // (1024 * 1024)} MiB", help="split it into several sources"
+        )
+        return None
+    return _decode(data, shown, diagnostics)
+
+
+def missing(shown: str, diagnostics: Diagnostics, help: str = "", span: Span | None = None) -> None:
+    """Report a file or folder that does not exist."""
+    diagnostics.error(
+        "LD0601", f"there is no file or folder `{shown}`", span, help=help or "check the spelling and the folder"
+    )
+
+
+def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | None:
+    if data.startswith(codecs.BOM_UTF8):
+        data = data[len(codecs.BOM_UTF8) :]
+    try:
+        return SourceFile(shown, _line_ends(data.decode("utf-8")))
+    except UnicodeDecodeError as error:
+        at = error.start
+    before = _line_ends(data[:at].decode("utf-8"))
+    source = SourceFile(shown, before + _line_ends(data[at : at + 200].decode("utf-8", "replace")))
+    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        help = "the file is UTF-16: save it as UTF-8"
+    else:
+        guess = bytes([data[at]]).decode("latin-1")
+        as_latin = f" (in Latin-1 it is `{guess}`)" if guess.isprintable() else ""
+        help = f"save the file as UTF-8{as_latin}, for example: iconv -f latin1 -t utf-8 OLD > NEW"
+    diagnostics.error(
+        "LD0603", f"`{shown}` is not UTF-8 text", Span(source, len(before), len(before) + 1),
+        f"byte 0x{data[at]:02X} at offset {at:,}", help=help,
+    )
+    return None
+
+
+def _line_ends(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text

@@ -1,0 +1,122 @@
+"""Tables of a TOML file as typed values; everything that does not fit is a finding with its place."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
+
+import msgspec
+from msgspec import Struct
+
+from ldc.diagnostics import Diagnostics
+from ldc.source import SourceFile, Span
+from ldc.toml_spans import Entry, toml_spans
+
+T = TypeVar("T", bound=Struct)
+Path = tuple[str, ...]
+
+_WORDS = {
+    "str": "a text in quotes", "int": "a whole number", "float": "a number", "bool": "true or false",
+    "array": "a list in brackets", "object": "a table", "null": "nothing",
+}
+_EXPECTED = re.compile(r"Expected `([^`]+)`(?:, got `([^`]+)`| (?:of length )?(.+?))?(?: - at `\$(.*)`)?\Z")
+
+
+class Tables:
+    """A parsed TOML text. Every method reports what is wrong and goes on with the default."""
+
+    def __init__(self, source: SourceFile, data: Mapping[str, Any], diagnostics: Diagnostics) -> None:
+        self.spans: dict[Path, Entry] = toml_spans(source)
+        self._data = data
+        self._diagnostics = diagnostics
+
+    def check_sections(self, known: Iterable[str]) -> None:
+        """Report every top-level key that is not one of `known`."""
+        self._check_keys((), self._data, tuple(known))
+
+    def table(self, path: Path, kind: type[T]) -> T:
+        """The table at `path` as a `kind`; all defaults when it is not there."""
+        data: Any = self._data
+        for key in path:
+            data = data.get(key, {})
+        if not isinstance(data, dict):
+            self.wrong(path, f"`{'.'.join(path)}` must be a table", f"write [{'.'.join(path)}] on a line of its own")
+            return kind()
+        fields = {f.encode_name: f for f in msgspec.structs.fields(kind)}
+        self._check_keys(path, data, tuple(fields))
+        good = {}
+        for name, value in data.items():
+            if name in fields and (checked := self.value((*path, name), value, fields[name].type)) is not None:
+                good[name] = checked
+        return kind(**good)
+
+    def mapping(self, section: str) -> dict[str, Any]:
+        """The keys and raw values of a section; empty when it is not there or is no table."""
+        data = self._data.get(section, {})
+        if isinstance(data, dict):
+            return data
+        self.wrong((section,), f"`{section}` must be a table", f"write [{section}] on a line of its own")
+        return {}
+
+    def value(self, path: Path, value: Any, kind: Any) -> Any:
+        """`value` as a `kind`, or None with a finding."""
+        try:
+            return msgspec.convert(value, kind)
+        except msgspec.ValidationError as error:
+            self.wrong(path, f"`{'.'.join(path)}`{_explain(str(error), value)}")
+            return None
+
+    def wrong(self, path: Path, message: str, help: str = "", label: str = "") -> None:
+        """Report a value that does not fit."""
+        entry = self.spans.get(path) or self.spans.get(path[:-1])
+        self._diagnostics.error("LD0612", message, entry.value if entry else None, label, help=help)
+
+    def _check_keys(self, path: Path, data: Mapping[str, Any], known: tuple[str, ...]) -> None:
+        for key in data:
+            if key in known:
+                continue
+            close = difflib.get_close_matches(key.lower(), known, 1)
+            entry = self.spans.get((*path, key)) or next(
+                (e for p, e in self.spans.items() if p[: len(path) + 1] == (*path, key)), None
+            )
+            where = f"[{'.'.join(path)}]" if path else "the project file"
+            self._diagnostics.error(
+                "LD0611", f"{where} has no key `{key}`", entry.key if entry else None, "not known",
+                help=f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(known)}",
+            )
+
+
+def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] | None:
+    """The values of a TOML text, or None with a finding at the place where it breaks."""
+    try:
+        return tomllib.loads(source.text)
+    except tomllib.TOMLDecodeError as error:
+        text = str(error)
+    except RecursionError:
+        text = "brackets are nested too deeply"
+    match = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", text)
+    offset = len(source.text)
+    if match and match[1]:
+        offset = source.line_starts[int(match[1]) - 1] + int(match[2]) - 1
+    what = text[: match.start()] if match else text
+    diagnostics.error(
+        "LD0610", f"`{source.path}` is not valid TOML", Span(source, offset, offset + 1),
+        what[:1].lower() + what[1:], help="a text stands in quotes, a list in brackets, a table begins with [name]",
+    )
+    return None
+
+
+def _explain(error: str, value: Any) -> str:
+    """msgspec's message in the words of the reader of a TOML file."""
+    match = _EXPECTED.match(error)
+    if not match:
+        return f": {error[:1].lower()}{error[1:]}".replace("invalid enum value", "unknown choice")
+    expected, got, bound, at = match.groups()
+    names = [_WORDS.get(name, name) for name in expected.split(" | ") if name != "null"]
+    wanted = " or ".join(names)
+    if bound:
+        return f"{at or ''} must be {wanted}{' of length' if 'length' in error else ''} {bound}"
+    return f"{at or ''} must be {wanted}, not {_WORDS.get(got or '', got)}"
