@@ -1,0 +1,34 @@
+"""`ldc check`: everything that the compiler finds, for people or for machines."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from ldc import pipeline
+from ldc.cli.console import OK, WRONG, report, say
+from ldc.diagnostics import Diagnostics
+from ldc.manifest import Sources, find_sources
+from ldc.render import plural
+from ldc.reports import json_report, sarif_report
+
+
+def run(options: argparse.Namespace) -> int:
+    diagnostics = Diagnostics()
+    sources = find_sources(options.sources, diagnostics)
+    result = None
+    if not diagnostics.has_errors:
+        result = pipeline.compile_project(sources, pipeline.Options(verify=not options.no_verify))
+        diagnostics.extend(result.diagnostics)
+    if options.format == "human":
+        status = report(diagnostics)
+        if status == OK and result:
+            say(_what_was_checked(sources, result))
+        return status
+    sys.stdout.write((json_report if options.format == "json" else sarif_report)(diagnostics))
+    return WRONG if diagnostics.has_errors else OK
+
+
+def _what_was_checked(sources: Sources, result: pipeline.Compiled) -> str:
+    rungs = sum(len(units) for units in result.units.values())
+    return f"checked {plural(len(sources.files), 'file')}, {plural(rungs, 'rung')}: no errors"

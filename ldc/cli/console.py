@@ -1,0 +1,64 @@
+"""How commands speak: diagnostics and progress to standard error, colour only on a terminal."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable
+from typing import IO
+
+from ldc.diagnostics import Diagnostic, Severity
+from ldc.render import render
+
+OK, WRONG, USAGE, INTERNAL = 0, 1, 2, 3
+"""The exit statuses (DESIGN section 8): fine, the input is wrong, the command line is wrong, a bug."""
+
+
+class UsageError(Exception):
+    """The command line is wrong in a way that only the command itself can see; ends with status 2."""
+
+
+class Failure(Exception):
+    """Something outside ldc is in the way (a folder that cannot be written); ends with status 1."""
+
+
+class InternalFault(Exception):
+    """ldc contradicts itself: a bug, for the report of which `details` is the material; status 3."""
+
+    def __init__(self, message: str, details: str) -> None:
+        super().__init__(message)
+        self.details = details
+
+
+def is_terminal(stream: IO[str]) -> bool:
+    try:
+        return stream.isatty()
+    except ValueError:
+        return False
+
+
+def wants_color(stream: IO[str]) -> bool:
+    """Colour is for a terminal that can show it, and for people who did not say NO_COLOR."""
+    return is_terminal(stream) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def say(text: str) -> None:
+    """One line to standard error."""
+    print(text, file=sys.stderr)
+
+
+def report(diagnostics: Iterable[Diagnostic]) -> int:
+    """Show findings on standard error; the status that they mean.
+
+    Findings of the LD09xx group say that ldc's own result is wrong: they end as an internal fault.
+    """
+    found = list(diagnostics)
+    if found:
+        width = shutil.get_terminal_size((100, 24)).columns if is_terminal(sys.stderr) else 100
+        sys.stdout.flush()
+        sys.stderr.write(render(found, color=wants_color(sys.stderr), width=width))
+    internal = [d for d in found if d.code.startswith("LD09") and d.severity is Severity.ERROR]
+    if internal:
+        raise InternalFault(f"{internal[0].code} {internal[0].message}", render(found, limit=1000))
+    return WRONG if any(d.severity is Severity.ERROR for d in found) else OK

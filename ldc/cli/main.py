@@ -1,0 +1,79 @@
+"""Where `ldc` begins and how it ends: the command is run, and whatever happens becomes an exit status."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from ldc.cli.arguments import make_parser
+from ldc.cli.console import INTERNAL, USAGE, WRONG, Failure, UsageError, report, say
+from ldc.diagnostics import Invalid
+from ldc.render import visible
+
+INTERRUPTED, BROKEN_PIPE = 130, 141
+"""As a shell reports a command that SIGINT or SIGPIPE ended."""
+
+
+def entry() -> None:
+    """The console script."""
+    sys.exit(main(sys.argv[1:]))
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run one command; its exit status. Nothing that a command raises gets past here."""
+    for stream in (sys.stdout, sys.stderr):
+        # Names of files may hold bytes, and drawings characters, that the terminal's encoding lacks.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        status = _run(arguments)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        _silence_stdout()
+        return BROKEN_PIPE
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as error:
+        return _internal(error, arguments)
+
+
+def _run(arguments: Sequence[str]) -> int:
+    parser = make_parser()
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as exit:
+        return exit.code if isinstance(exit.code, int) else USAGE
+    if options.command is None:
+        parser.print_help(sys.stderr)
+        return USAGE
+    command = importlib.import_module(f"ldc.cli.{options.command}")
+    try:
+        return command.run(options)
+    except UsageError as error:
+        say(f"ldc {options.command}: {visible(str(error))}")
+        return USAGE
+    except Failure as error:
+        say(f"ldc {options.command}: {visible(str(error))}")
+        return WRONG
+    except Invalid as error:
+        return report(error.diagnostics) or WRONG
+
+
+def _internal(error: Exception, arguments: Sequence[str]) -> int:
+    """One line for the user, everything else into a file for those who mend it."""
+    from ldc.cli.crash import dump_text, write_dump
+
+    what = " ".join(f"{type(error).__name__}: {error}".split())[:120]
+    path = write_dump(error, arguments)
+    if path is None:
+        say(dump_text(error, arguments))
+    say(f"ldc: internal fault ({visible(what)}); this is a bug in ldc, please report it with {path or 'the text above'}")
+    return INTERNAL
+
+
+def _silence_stdout() -> None:
+    """Nobody reads any more: keep the interpreter from complaining when it flushes at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
