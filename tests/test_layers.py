@@ -1,0 +1,127 @@
+"""Imports run one way (ADR 0001): an arrow that runs back fails here, with the line that draws it."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+BASE = {"ldc", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr", "ldc.symbols"}
+FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
+COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ldc.components", "ldc.backends"]
+
+MAY_IMPORT: dict[str, set[str]] = {
+    "ldc": set(),
+    "ldc.source": set(),
+    "ldc.types": set(),
+    "ldc.diagnostics": {"ldc.source"},
+    "ldc.expr": {"ldc.source", "ldc.types"},
+    "ldc.symbols": {"ldc.source", "ldc.types"},
+    "ldc.durations": set(),
+    "ldc.codes": set(),
+    "ldc.render": BASE,
+    "ldc.reports": BASE | {"ldc.codes"},
+    "ldc.reading": BASE,
+    "ldc.toml_spans": BASE,
+    "ldc.toml_tables": BASE | {"ldc.toml_spans"},
+    **{package: BASE | set(COMPILER[:index]) for index, package in enumerate(COMPILER)},
+    "ldc.backends": BASE | {"ldc.library", "ldc.il", "ldc.components"},
+    "ldc.manifest": BASE | FILES | {"ldc.model"},
+    "ldc.pipeline": BASE | FILES | set(COMPILER) | {"ldc.manifest"},
+    "ldc.draw": BASE | {"ldc.library", "ldc.parser"},
+    "ldc.cli": BASE | FILES | set(COMPILER)
+    | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.render", "ldc.reports", "runtime"},
+    "runtime": BASE | {"ldc.library", "ldc.il"},
+}
+RUNTIME_NEVER_LOADS = ("ldc.parser", "ldc.model", "ldc.graph", "ldc.cli", "ldc.pipeline")
+
+
+def modules() -> dict[str, Path]:
+    found = {}
+    for top in ("ldc", "runtime"):
+        for path in sorted((ROOT / top).rglob("*.py")):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+MODULES = modules()
+
+
+def package(module: str) -> str:
+    """The row of the table that a module belongs to: `ldc.il.lower` is `ldc.il`, `runtime.vm` is `runtime`."""
+    parts = module.split(".")
+    return parts[0] if parts[0] == "runtime" else ".".join(parts[:2])
+
+
+@cache
+def imports(module: str, at_start: bool = False) -> frozenset[tuple[str, int]]:
+    """Our modules that a module imports, with the line; `at_start`: only those that loading it loads."""
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    later = set()
+    if at_start:
+        for node in ast.walk(tree):
+            checked = isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+            if checked or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                later |= {id(inner) for inner in ast.walk(node)}
+    found = set()
+    for node in ast.walk(tree):
+        if id(node) in later:
+            continue
+        if isinstance(node, ast.Import):
+            found |= {(alias.name, node.lineno) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parts = module.split(".")
+                is_package = MODULES[module].name == "__init__.py"
+                parts = parts[: len(parts) - node.level + is_package]
+                base = ".".join([*parts, base] if base else parts)
+            inner = {f"{base}.{alias.name}" for alias in node.names} & MODULES.keys()
+            names = inner if len(inner) == len(node.names) else inner | {base}
+            found |= {(name, node.lineno) for name in names}
+    return frozenset((name, line) for name, line in found if name.split(".")[0] in ("ldc", "runtime"))
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_imports_run_one_way(module: str) -> None:
+    own = package(module)
+    assert own in MAY_IMPORT, f"{module} is in no layer: give it a row in tests/test_layers.py and ARCHITECTURE.md"
+    back = [
+        f"{MODULES[module].relative_to(ROOT)}:{line} imports {name}"
+        for name, line in sorted(imports(module), key=lambda item: item[1])
+        if package(name) not in MAY_IMPORT[own] | {own}
+    ]
+    assert not back, "\n".join(back)
+
+
+def test_loading_the_runtime_loads_no_compiler() -> None:
+    """The runtime runs where nothing is compiled: what it imports may not draw the compiler in either."""
+    todo, came_from = [m for m in MODULES if package(m) == "runtime"], {}
+    while todo:
+        module = todo.pop()
+        for name, line in imports(module, at_start=True):
+            parents = [".".join(name.split(".")[:n]) for n in range(1, name.count(".") + 2)]
+            for loaded in parents:
+                if loaded in MODULES and loaded not in came_from:
+                    came_from[loaded] = f"{MODULES[module].relative_to(ROOT)}:{line}"
+                    todo.append(loaded)
+    drawn = [f"{place} loads {m}" for m, place in came_from.items() if m.startswith(RUNTIME_NEVER_LOADS)]
+    assert not drawn, "\n".join(sorted(drawn))
+
+
+def test_no_module_reaches_for_a_private_name_of_another_package() -> None:
+    reached = []
+    for module, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module and package(node.module) != package(module):
+                reached += [
+                    f"{path.relative_to(ROOT)}:{node.lineno} takes {node.module}.{alias.name}"
+                    for alias in node.names
+                    if alias.name.startswith("_") and not alias.name.startswith("__")
+                ]
+    assert not reached, "\n".join(reached)
