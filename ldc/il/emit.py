@@ -1,0 +1,378 @@
+"""Typed expressions to IL: one accumulator, deferred operators, few instructions.
+
+The number of instructions for a network of contacts is the known minimum, leaves plus, per
+operator, one closing parenthesis for every composite operand but the first (DESIGN section 3,
+rule 7): the composite operand that nests deepest goes first and needs none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
+from ldc.source import Span
+from ldc.symbols import Variable
+from ldc.types import BOOL, DATE, DT, LINT, TIME, TOD, Elementary, Type
+
+# Arithmetic whose two sides have different types is a call of the standard's typed function (table 30).
+_MIXED = {
+    ("ADD", TOD, TIME): "ADD_TOD_TIME", ("ADD", DT, TIME): "ADD_DT_TIME",
+    ("SUB", DATE, DATE): "SUB_DATE_DATE", ("SUB", TOD, TIME): "SUB_TOD_TIME",
+    ("SUB", TOD, TOD): "SUB_TOD_TOD", ("SUB", DT, TIME): "SUB_DT_TIME", ("SUB", DT, DT): "SUB_DT_DT",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A value that was computed once: in the accumulator still, or (when that was needed) in a temporary."""
+
+    id: int
+    type: Type
+
+
+Value = Expr | Held
+
+
+class _Gap:
+    """Where a held value was computed; becomes the store to its temporary once that is needed."""
+
+    __slots__ = ("store",)
+
+    def __init__(self) -> None:
+        self.store: Instr | None = None
+
+
+
+def conjunction(items: list[Value]) -> Value:
+    return items[0] if len(items) == 1 else Apply("AND", tuple(items), BOOL)
+
+
+def disjunction(items: list[Value]) -> Value:
+    return items[0] if len(items) == 1 else Apply("OR", tuple(items), BOOL)
+
+
+def negation(item: Value) -> Value:
+    if isinstance(item, Const):
+        return Const(not item.value, BOOL, item.span)
+    return Apply("NOT", (item,), BOOL)
+
+
+def typed_function(op: str, types: tuple[Type, ...]) -> str | None:
+    """The name of the function that an operator on unequal types stands for (MULTIME, SUB_DT_DT ...)."""
+    if len(types) != 2:
+        return None
+    left, right = types
+    if op in ("MUL", "DIV") and left == TIME and right != TIME:
+        return op + "TIME"
+    return _MIXED.get((op, left, right))
+
+
+def can_fault(expr: Value) -> bool:
+    """Whether evaluating may stop the task: a division, an index that is not constant, a user function."""
+    stack: list[Value] = [expr]
+    while stack:
+        match stack.pop():
+            case Load(place):
+                if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes)
+                       for s in place.steps):
+                    return True
+            case Apply(op, args, user=user):
+                if user or op in ("DIV", "MOD", "DIVTIME") and not _nonzero(args[1]):
+                    return True
+                stack.extend(args)
+    return False
+
+
+def _nonzero(expr: Value) -> bool:
+    return isinstance(expr, Const) and expr.value != 0
+
+
+class Emitter:
+    """Appends instructions for one rung and keeps track of what the accumulator holds.
+
+    A held value is stored to a temporary only when something needs it after the accumulator was
+    overwritten: every point that makes one leaves a gap, which is filled then or dropped.
+    """
+
+    def __init__(self, key: str, max_paren_depth: int | None = None) -> None:
+        self.key = key
+        self.max_paren_depth = max_paren_depth
+        self.out: list[Instr | _Gap] = []
+        self.element = -1
+        self.span: Span | None = None
+        self.temps: dict[str, Variable] = {}
+        self._acc: Held | None = None
+        self._gaps: list[tuple[_Gap, int, Span | None]] = []
+        self._counts: dict[Type, int] = {}
+        self._labels = 0
+        self._depths: dict[int, tuple[Value, int]] = {}
+
+    # -- building blocks
+
+    def put(self, op: str, operand=None, type_: Type = BOOL, name: str = "", args=(), outputs=()) -> None:
+        self.out.append(Instr(op, operand, type_, name, args, outputs, self.element, self.span))
+        if op not in _KEEPS_ACC:
+            self._acc = None
+
+    def temp(self, type_: Type) -> Place:
+        """A new temporary of this rung; rungs share names, since temporaries keep nothing."""
+        number = self._counts[type_] = self._counts.get(type_, 0) + 1
+        stem = "t" if type_ == BOOL else "".join(c for c in str(type_).lower() if c.isalnum())
+        name = f"_ldc_{stem}{'' if stem == 't' else '_'}{number}"
+        self.temps[name] = Variable(name, type_, "temp")
+        return Place(name, type_)
+
+    def label(self) -> str:
+        self._labels += 1
+        return f"_ldc_{self.key}_{self._labels}"
+
+    def hold(self, type_: Type = BOOL) -> Held:
+        """Names what the accumulator holds now."""
+        if self._acc is not None:
+            return self._acc
+        self._acc = Held(len(self._gaps), type_)
+        gap = _Gap()
+        self._gaps.append((gap, self.element, self.span))
+        self.out.append(gap)
+        return self._acc
+
+    def held_place(self, held: Held) -> Place:
+        """The temporary of a held value; stores it there, at the point where it was computed."""
+        gap, element, span = self._gaps[held.id]
+        if gap.store is None:
+            gap.store = Instr("ST", self.temp(held.type), held.type, element=element, span=span)
+        return gap.store.operand
+
+    def value(self, expr: Value) -> None:
+        """Leaves the value of ``expr`` in the accumulator."""
+        if isinstance(expr, Held) and expr == self._acc:
+            return
+        self._generate(self._prepare(expr, self._budget))
+
+    def held(self, expr: Value) -> Held:
+        """Computes ``expr`` now, once."""
+        if isinstance(expr, Held):
+            return expr
+        self.value(expr)
+        return self.hold(expr.type)
+
+    def store(self, place: Place, op: str = "ST") -> None:
+        """``place`` must have been through ``place()``: its indexes are simple."""
+        self.put(op, place, place.type)
+
+    def simple(self, expr: Value) -> Const | Place:
+        """An IL operand with the value of ``expr``: itself, or a temporary computed now."""
+        match expr:
+            case Const():
+                return expr
+            case Load(place):
+                return self.place(place)
+            case Held():
+                return self.held_place(expr)
+        self.value(expr)
+        spill = self.temp(expr.type)
+        self.put("ST", spill, expr.type)
+        return spill
+
+    def place(self, place: Place) -> Place:
+        """The place with every index a constant or a variable."""
+        if all(isinstance(s, FieldStep | BitStep) or _simple_indexes(s) for s in place.steps):
+            return place
+        steps = tuple(
+            s if not isinstance(s, IndexStep)
+            else IndexStep(tuple(_as_expr(self.simple(i)) for i in s.indexes), s.bounds)
+            for s in place.steps)
+        return Place(place.root, place.type, steps, place.is_global, place.span)
+
+    def finish(self) -> tuple[Instr, ...]:
+        """The instructions, without unused gaps and loads that the next load overwrites."""
+        code = [i if isinstance(i, Instr) else i.store for i in self.out if isinstance(i, Instr) or i.store]
+        return tuple(instr for n, instr in enumerate(code)
+                     if not (instr.op in ("LD", "LDN") and n + 1 < len(code) and code[n + 1].op in _LOADS))
+
+    # -- before the expression: order operands, spill what IL cannot nest
+
+    @property
+    def _budget(self) -> int:
+        return _DEEPEST if self.max_paren_depth is None else min(self.max_paren_depth, _DEEPEST)
+
+    def _prepare(self, expr: Value, budget: int) -> Value:
+        match expr:
+            case Load(place):
+                simple = self.place(place)
+                return expr if simple is place else Load(simple, expr.span)
+            case Apply(op, args, type_, user=user):
+                if op in COMPARISON and len(args) > 2:
+                    pairs = [Apply(op, pair, BOOL, expr.span) for pair in zip(args, args[1:])]
+                    return self._prepare(Apply("AND", tuple(pairs), BOOL, expr.span), budget)
+                if op == "MOVE":
+                    return self._prepare(args[0], budget)
+                if op == "NEG":
+                    minus = Const(-1.0 if _is_real(type_) else -1, type_ if type_ != TIME else LINT)
+                    return self._prepare(Apply("MUL", (args[0], minus), type_, expr.span), budget)
+                if op in LOGIC:
+                    return self._prepare_logic(expr, budget)
+                function = typed_function(op, tuple(a.type for a in args))
+                if function or user or op not in _OPERATORS:
+                    rest = tuple(_as_expr(self.simple(a)) for a in args[1:])
+                    first = tuple(self._prepare(a, budget) for a in args[:1])
+                    return Apply(function or op, first + rest, type_, expr.span, user)
+                return Apply(op, self._prepare_rest(args, budget), type_, expr.span)
+        return expr
+
+    def _prepare_logic(self, expr: Apply, budget: int) -> Apply:
+        """AND, OR, XOR commute: put first what needs no parenthesis there."""
+        best, best_rank = 0, (-1, -1)
+        for n, arg in enumerate(expr.args):
+            rank = (1, 0) if self._starts_with_acc(arg) else (0, self._depth(arg))
+            if rank > best_rank:
+                best, best_rank = n, rank
+        args = expr.args if best == 0 else (expr.args[best], *expr.args[:best], *expr.args[best + 1:])
+        if best_rank == (0, 0) and _is_not(args[0]):
+            plain = next((n for n, a in enumerate(args) if not _is_not(a)), 0)
+            args = (args[plain], *args[:plain], *args[plain + 1:])
+        return Apply(expr.op, self._prepare_rest(args, budget), expr.type, expr.span)
+
+    def _prepare_rest(self, args: tuple[Value, ...], budget: int) -> tuple[Value, ...]:
+        """Operands after the first are simple, or nest by one; past the limit they are computed before."""
+        prepared = []
+        for n, arg in enumerate(args):
+            if n == 0:
+                prepared.append(self._prepare(arg, budget))
+            elif _is_simple(arg) or _is_not(arg) and _is_simple(arg.args[0]):
+                prepared.append(self._prepare(arg, budget))
+            elif budget > 0:
+                prepared.append(self._prepare(arg, budget - 1))
+            else:
+                prepared.append(self.held(arg))
+                self.held_place(prepared[-1])
+        return tuple(prepared)
+
+    def _depth(self, expr: Value) -> int:
+        """Parentheses plus one that ``expr`` nests when it stands first; 0 for what is simple."""
+        if not isinstance(expr, Apply) or _is_not(expr) and _is_simple(expr.args[0]):
+            return 0
+        known = self._depths.get(id(expr))
+        if known is not None:
+            return known[1]
+        depths = [self._depth(a) for a in expr.args]
+        if expr.op in LOGIC:
+            depths.sort(reverse=True)
+        depth = max(1, depths[0] if depths else 0, *(d + 1 for d in depths[1:] if d))
+        self._depths[id(expr)] = expr, depth
+        return depth
+
+    def _starts_with_acc(self, expr: Value) -> bool:
+        """Whether code for ``expr`` can begin with what the accumulator holds."""
+        if self._acc is None:
+            return False
+        while True:
+            if isinstance(expr, Held):
+                return expr == self._acc
+            if not isinstance(expr, Apply) or not expr.args:
+                return False
+            if expr.op in LOGIC:
+                expr = next((a for a in expr.args if self._contains_acc(a)), expr.args[0])
+            else:
+                expr = expr.args[0]
+
+    def _contains_acc(self, expr: Value) -> bool:
+        return expr == self._acc if isinstance(expr, Held) else (
+            isinstance(expr, Apply) and self._starts_with_acc(expr))
+
+    # -- the expression itself
+
+    def _generate(self, expr: Value) -> None:
+        match expr:
+            case Held():
+                if expr != self._acc:
+                    self.put("LD", self.held_place(expr), expr.type)
+            case Const() | Load():
+                self.put("LD", expr if isinstance(expr, Const) else expr.place, expr.type)
+            case Apply("NOT", (arg,)) if arg.type == BOOL and _is_simple(arg) and arg != self._acc:
+                self.put("LDN", self._operand(arg))
+            case Apply("NOT", (arg,)):
+                self._generate(arg)
+                self.put("NOT", None, arg.type)
+            case Apply(op, args) if op in LOGIC or op in COMPARISON or op in ARITHMETIC:
+                self._generate(args[0])
+                for arg in args[1:]:
+                    self._apply(op, args[0].type, arg)
+            case Apply(op, args, type_):
+                if args:
+                    self._generate(args[0])
+                self.put("FN", None, type_, op, tuple(self._operand(a) for a in args[1:]))
+
+    def _apply(self, op: str, type_: Type, arg: Value) -> None:
+        if _is_simple(arg):
+            self.put(op, self._operand(arg), type_)
+            return
+        if op in LOGIC and _is_not(arg):
+            op, arg = op + "N", arg.args[0]
+            if _is_simple(arg) and type_ == BOOL:
+                self.put(op, self._operand(arg), type_)
+                return
+        elif op in LOGIC and (swapped := _all_negated(arg)):
+            op, arg = op + "N", swapped
+        outer, self.out, self._acc = self.out, [], None
+        opened = len(outer)
+        self._generate_nested(outer, opened, op, type_, arg)
+
+    def _generate_nested(self, outer: list, opened: int, op: str, type_: Type, arg: Value) -> None:
+        """``OP( first`` … ``)``: the first load goes on the line of the operator."""
+        self._generate(arg)
+        inner, self.out = self.out, outer
+        first = inner[0]
+        if first.op == "LD":
+            outer.append(Instr(op + "(", first.operand, type_, element=first.element, span=first.span))
+            outer.extend(inner[1:])
+        else:
+            outer.append(Instr(op + "(", None, type_, element=self.element, span=self.span))
+            outer.extend(inner)
+        self.put(")", None, type_)
+
+    def _operand(self, expr: Value) -> Const | Place:
+        match expr:
+            case Const():
+                return expr
+            case Load(place):
+                return place
+        return self.held_place(expr)
+
+
+# Python and old controllers both limit nesting; deeper expressions go through temporaries.
+_DEEPEST = 40
+_KEEPS_ACC = frozenset(("ST", "STN", "S", "R", "JMPC", "JMPCN", "RETC", "RETCN"))
+_LOADS = frozenset(("LD", "LDN"))
+_OPERATORS = frozenset((*LOGIC, *ARITHMETIC, *COMPARISON, "NOT"))
+
+
+def _is_real(type_: Type) -> bool:
+    return isinstance(type_, Elementary) and type_.kind == "real"
+
+
+def _is_simple(expr: Value) -> bool:
+    return not isinstance(expr, Apply)
+
+
+def _is_not(expr: Value) -> bool:
+    return isinstance(expr, Apply) and expr.op == "NOT"
+
+
+def _simple_indexes(step: IndexStep) -> bool:
+    return all(isinstance(i, Const) or isinstance(i, Load) and
+               all(isinstance(s, FieldStep | BitStep) or _simple_indexes(s) for s in i.place.steps)
+               for i in step.indexes)
+
+
+def _as_expr(operand: Const | Place) -> Expr:
+    return operand if isinstance(operand, Const) else Load(operand)
+
+
+def _all_negated(expr: Value) -> Apply | None:
+    """De Morgan: ``/a OR /b`` is NOT (a AND b), which needs no load of its own for the first operand."""
+    if (isinstance(expr, Apply) and expr.op in ("AND", "OR") and expr.type == BOOL
+            and all(_is_not(a) and _is_simple(a.args[0]) for a in expr.args)):
+        return Apply("OR" if expr.op == "AND" else "AND", tuple(a.args[0] for a in expr.args), BOOL, expr.span)
+    return None

@@ -1,0 +1,313 @@
+"""Values and memory of the self-check: one run covers 4,096 assignments of the operands at once.
+
+A BOOL is a Python integer of 4,096 bits, one per assignment. Every operand that is read for the first
+time (a variable, the output of a block, a comparison) gets a column: the first twelve together run
+through all their 2^12 combinations, further ones are random. What is not BOOL is a term, compared by
+structure; blocks and functions are uninterpreted: equal inputs in equal order give equal outputs. So
+equality on all columns is a proof for rungs with at most twelve operands, for every block, every value
+and, since hidden memories are operands too, for every number of scans (ADR 0004).
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, Load, Place
+from ldc.il.emit import typed_function
+from ldc.symbols import Location
+from ldc.types import BOOL, LINT, TIME, Type
+
+LANES = 4096
+ALL = (1 << LANES) - 1
+EXHAUSTIVE = 12
+_COMPARISON_CHAINS = frozenset(("GT", "GE", "EQ", "NE", "LE", "LT"))
+
+
+def _columns() -> tuple[int, ...]:
+    columns = []
+    for n in range(EXHAUSTIVE):
+        half = 1 << n
+        block, width = ((1 << half) - 1) << half, 2 * half
+        while width < LANES:
+            block |= block << width
+            width *= 2
+        columns.append(block)
+    return tuple(columns)
+
+
+_COLUMNS = _columns()
+
+
+class Term:
+    """An interned expression; equal structure is the same object."""
+
+    __slots__ = ("key", "number")
+
+    def __init__(self, key: tuple, number: int) -> None:
+        self.key = key
+        self.number = number
+
+
+# A value that is not BOOL: one term, or terms with the (disjoint) assignments in which each holds.
+Cases = tuple[tuple[Term, int], ...]
+Value = int | Term | Cases
+
+
+class Operands:
+    """The table of terms and columns that all runs of one self-check share."""
+
+    def __init__(self) -> None:
+        self.columns: dict[Term, int] = {}
+        self._terms: dict[tuple, Term] = {}
+
+    def term(self, *key: object) -> Term:
+        known = self._terms.get(key)
+        if known is None:
+            known = self._terms[key] = Term(key, len(self._terms))
+        return known
+
+    def column(self, term: Term) -> int:
+        known = self.columns.get(term)
+        if known is None:
+            n = len(self.columns)
+            known = _COLUMNS[n] if n < EXHAUSTIVE else random.Random(n).getrandbits(LANES)
+            self.columns[term] = known
+        return known
+
+    @property
+    def exhaustive(self) -> bool:
+        return len(self.columns) <= EXHAUSTIVE
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """Where a place lies: ``root`` (a variable or a byte image) and the way from there."""
+
+    root: tuple
+    steps: tuple
+
+
+class Memory:
+    """Variables as logs of writes, read back with the conditions under which they were written."""
+
+    def __init__(self, operands: Operands, locations: dict[str, Location] | None = None) -> None:
+        self.operands = operands
+        self.locations = locations or {}
+        # Per root: steps, value, when it was written, type.
+        self.logs: dict[tuple, list[tuple[tuple, Value, int, Type]]] = {}
+        self.epochs: dict[tuple | str, int] = {}
+        self.events: list[tuple] = []
+
+    # -- logic on assignments
+
+    def choose(self, when: int, yes: Value, no: Value) -> Value:
+        """``yes`` where ``when``, else ``no``."""
+        if when == ALL or yes is no:
+            return yes
+        if when == 0:
+            return no
+        if isinstance(yes, int) and isinstance(no, int):
+            return yes & when | no & ~when & ALL
+        merged: dict[Term, int] = {}
+        for value, lanes in ((yes, when), (no, ALL & ~when)):
+            for term, holds in self.cases(value):
+                if holds & lanes:
+                    merged[term] = merged.get(term, 0) | holds & lanes
+        return _canonical(merged)
+
+    def cases(self, value: Value) -> Cases:
+        if isinstance(value, Term):
+            return ((value, ALL),)
+        if isinstance(value, tuple):
+            return value
+        yes, no = self.operands.term("const", True), self.operands.term("const", False)
+        return tuple((t, lanes) for t, lanes in ((yes, value), (no, ALL & ~value)) if lanes)
+
+    def boolean(self, value: Value) -> int:
+        """A BOOL from a term: its column (or the constant that it is)."""
+        if isinstance(value, int):
+            return value
+        result = 0
+        for term, lanes in self.cases(value):
+            if term.key[0] == "const":
+                result |= lanes if term.key[1] else 0
+            else:
+                result |= lanes & self.operands.column(term)
+        return result
+
+    def apply(self, op: str, args: list[Value], type_: Type) -> Value:
+        """A function as an uninterpreted term, for every combination of cases of its arguments."""
+        combinations: list[tuple[tuple, int]] = [((), ALL)]
+        for arg in args:
+            combinations = [((*key, term), lanes & holds) for key, lanes in combinations
+                            for term, holds in self.cases(arg) if lanes & holds]
+        merged: dict[Term, int] = {}
+        for key, lanes in combinations:
+            term = self.operands.term(op, type_, *key)
+            merged[term] = merged.get(term, 0) | lanes
+        value = _canonical(merged)
+        return self.boolean(value) if type_ == BOOL else value
+
+    # -- expressions
+
+    def value(self, expr: Expr) -> Value:
+        match expr:
+            case Const(value, type_):
+                if type_ == BOOL:
+                    return ALL if value else 0
+                return self.operands.term("const", value, type_)
+            case Load(place):
+                return self.read(place)
+            case Apply(op, args, type_):
+                return self.operator(op, [self.value(a) for a in args], [a.type for a in args], type_)
+
+    def operator(self, op: str, values: list[Value], types: list[Type], type_: Type) -> Value:
+        """The meaning of an operator: logic of BOOL is computed, all else is a term."""
+        if type_ == BOOL and op in ("AND", "OR", "XOR", "NOT"):
+            return _logic(op, [self.boolean(v) for v in values])
+        if op in _COMPARISON_CHAINS and len(values) > 2:
+            pairs = [self.operator(op, [a, b], types[:2], BOOL) for a, b in zip(values, values[1:])]
+            return _logic("AND", pairs)
+        if op == "MOVE":
+            return values[0]
+        if op == "NEG":
+            minus = -1.0 if getattr(type_, "kind", "") == "real" else -1
+            other = LINT if type_ == TIME else type_
+            values, types, op = [*values, self.operands.term("const", minus, other)], [type_, other], "MUL"
+        op = typed_function(op, tuple(types)) or op
+        if op in ("AND", "OR", "XOR", "ADD", "MUL") and len(values) > 2:
+            value = values[0]
+            for other in values[1:]:
+                value = self.operator(op, [value, other], types[:2], type_)
+            return value
+        if op in ("AND", "OR", "XOR"):
+            # Bit strings: the order of operands is free, so it must not tell terms apart.
+            first, second = values
+            if _order(first) > _order(second):
+                values = [second, first]
+        return self.apply(op, values, type_)
+
+    # -- places
+
+    def key(self, place: Place) -> Key:
+        """Equal keys are the same memory; located variables lie in the image of their area."""
+        root = place.root.upper()
+        steps = tuple(self._step(s) for s in place.steps)
+        location = self.locations.get(root) if not root.startswith("%") else Location.parse(root)
+        if location is not None:
+            first = location.byte * 8 + location.bit
+            return Key(("%", location.area), (("at", first, location.bits), *steps))
+        return Key((place.is_global, root), steps)
+
+    def _step(self, step) -> object:
+        match step:
+            case FieldStep(name):
+                return name.upper()
+            case BitStep(bit):
+                return ("bit", bit)
+        return ("ix", *(i.value if isinstance(i, Const) else self.value(i) for i in step.indexes))
+
+    def read(self, place: Place) -> Value:
+        key = self.key(place)
+        value = self._read(key, len(self.logs.get(key.root, ())), place.type)
+        return self.boolean(value) if place.type == BOOL else value
+
+    def _read(self, key: Key, upto: int, type_: Type) -> Value:
+        log = self.logs.get(key.root, ())
+        for n in range(upto - 1, -1, -1):
+            steps, value, when, _ = log[n]
+            if steps == key.steps:
+                if when == ALL:
+                    return value
+                before = self._read(key, n, type_)
+                if type_ == BOOL:
+                    return self.choose(when, self.boolean(value), self.boolean(before))
+                return self.choose(when, value, before)
+            if _may_overlap(steps, key.steps):
+                return self.operands.term("within", key.root, key.steps, tuple(log[: n + 1]))
+        return self.operands.term("var", key.root, key.steps, self._epoch(key.root))
+
+    def _epoch(self, root: tuple) -> int:
+        """Counts the calls that may have changed a variable."""
+        own = self.epochs.get(root, 0)
+        return max(own, self.epochs.get("globals", 0)) if _shared(root) else own
+
+    def write(self, place: Place, value: Value, when: int) -> None:
+        if when == 0:
+            return
+        key = self.key(place)
+        log = self.logs.setdefault(key.root, [])
+        if when == ALL and log and all(entry[0] == key.steps for entry in log):
+            log.clear()
+        log.append((key.steps, value, when, place.type))
+
+    def state(self, root: tuple) -> tuple:
+        """What was written to a variable, path by path."""
+        log = self.logs.get(root, ())
+        values = []
+        for steps, type_ in {entry[0]: entry[3] for entry in log}.items():
+            value = self._read(Key(root, steps), len(log), type_)
+            values.append((steps, self.boolean(value) if type_ == BOOL else value))
+        return tuple(sorted(values, key=lambda item: repr(item[0])))
+
+    def call(self, instance: Place, sees_globals: bool, when: int) -> None:
+        """A block runs: it sees its pins (and the globals), and may change its variables (and those)."""
+        root = self.key(instance).root
+        seen = [(root, self.state(root))]
+        if sees_globals:
+            others = sorted((r for r in self.logs if r != root and _shared(r)), key=repr)
+            seen += [(r, self.state(r)) for r in others]
+        self.events.append(("call", str(instance).upper(), when, tuple(seen)))
+        self._forget(root)
+        if sees_globals:
+            self.epochs["globals"] = len(self.events)
+            for other in others:
+                self._forget(other)
+
+    def _forget(self, root: tuple) -> None:
+        self.logs[root] = []
+        self.epochs[root] = len(self.events)
+
+
+def _shared(root: tuple) -> bool:
+    """Whether other POUs can reach the variable: globals and the process image."""
+    return root[0] is True or root[0] == "%"
+
+
+def _canonical(merged: dict[Term, int]) -> Value:
+    if len(merged) == 1:
+        return next(iter(merged))
+    return tuple(sorted(merged.items(), key=lambda case: case[0].number))
+
+
+def _order(value: Value) -> object:
+    if isinstance(value, Term):
+        return (0, value.number)
+    return (1, repr([(t.number, lanes) for t, lanes in value]) if isinstance(value, tuple) else value)
+
+
+def _logic(op: str, values: list[int]) -> int:
+    result = values[0]
+    if op == "NOT":
+        return ALL & ~result
+    for value in values[1:]:
+        result = result & value if op == "AND" else result | value if op == "OR" else result ^ value
+    return result
+
+
+def _may_overlap(a: tuple, b: tuple) -> bool:
+    """Whether two different ways from one root can reach the same memory."""
+    for x, y in zip(a, b):
+        if x == y:
+            continue
+        if isinstance(x, str) or isinstance(y, str):
+            return False
+        if x[0] == y[0] == "bit":
+            return False
+        if x[0] == y[0] == "at":
+            return x[1] < y[1] + y[2] and y[1] < x[1] + x[2]
+        if x[0] == y[0] == "ix":
+            return not any(isinstance(i, int) and isinstance(j, int) and i != j for i, j in zip(x[1:], y[1:]))
+        return True
+    return True

@@ -1,0 +1,268 @@
+"""Runs the stages in order: sources, AST, model, graphs, trees, IL, image (DESIGN section 1).
+
+A rung is the unit of work: built, checked, reduced, lowered and proved on its own.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+from ldc import types
+from ldc.diagnostics import Diagnostics
+from ldc.graph import build as graph_build
+from ldc.graph import rules
+from ldc.graph.keys import rung_keys
+from ldc.graph.memory import memories
+from ldc.graph.order import Turn, schedule
+from ldc.graph.reduce import reduce
+from ldc.graph.rung import RungGraph
+from ldc.graph.tree import SPTree
+from ldc.il import image as il_image
+from ldc.il import program as il
+from ldc.il import standard, text
+from ldc.il.layout import Layout
+from ldc.il.lower import lower
+from ldc.il.verify import Verdict, verify
+from ldc.library import blocks
+from ldc.manifest import Sources, find_sources
+from ldc.model import Scope, resolve, usage
+from ldc.model.elements import Block, Coil, Jump
+from ldc.model.project import Model, Pou
+from ldc.parser import ast, parse_file
+from ldc.symbols import Location, Variable
+
+# Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C
+# stack since 3.11, so that only the limit is in the way.
+_RECURSION = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to compile. ``keep``: hold graph and tree of every rung (for the dumps; they are most of the
+    memory). ``progress(done, total)`` is called after every rung. ``previous``: layout to keep."""
+
+    max_paren_depth: int | None = None
+    verify: bool = True
+    keep: bool = True
+    previous: Layout | None = None
+    progress: Callable[[int, int], None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RungBuild:
+    """Everything that was made of one rung; graph, turns and tree are None when not kept."""
+
+    rung: ast.Rung
+    code: il.RungCode
+    verdict: Verdict | None = None
+    graph: RungGraph | None = None
+    turns: tuple[Turn, ...] = ()
+    tree: SPTree | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """``program`` and ``image`` are None when there were errors. ``units``: rungs by POU name;
+    ``timings``: seconds by stage."""
+
+    sources: Sources
+    diagnostics: Diagnostics
+    project: ast.Project
+    model: Model
+    units: dict[str, tuple[RungBuild, ...]]
+    program: il.Program | None = None
+    image: il_image.Image | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+
+def compile_paths(paths: Iterable[str], options: Options = Options()) -> Compiled:
+    """Compiles what the user named: files, a manifest, a folder. Findings are in ``diagnostics``."""
+    diagnostics = Diagnostics()
+    sources = find_sources(list(paths), diagnostics)
+    return compile_project(sources, options, diagnostics)
+
+
+def compile_project(sources: Sources, options: Options = Options(),
+                    diagnostics: Diagnostics | None = None) -> Compiled:
+    """Compiles sources that were read. Never raises for wrong input."""
+    with _deep_and_busy():
+        return _Compile(sources, options, diagnostics or Diagnostics()).run()
+
+
+@contextmanager
+def _deep_and_busy() -> Iterator[None]:
+    """Deep recursion allowed; the collector is kept from walking the growing, acyclic results."""
+    limit, threshold = sys.getrecursionlimit(), gc.get_threshold()
+    sys.setrecursionlimit(max(limit, _RECURSION))
+    gc.set_threshold(200_000, 50, 1000)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        sys.setrecursionlimit(limit)
+
+
+class _Compile:
+    def __init__(self, sources: Sources, options: Options, diagnostics: Diagnostics) -> None:
+        self.sources = sources
+        self.options = options
+        self.diagnostics = diagnostics
+        self.timings: dict[str, float] = {}
+        self.done = self.total = 0
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.timings[stage] = self.timings.get(stage, 0.0) + time.perf_counter() - start
+
+    def run(self) -> Compiled:
+        with self.timed("parse"):
+            project = ast.Project(tuple(parse_file(f, self.diagnostics) for f in self.sources.files))
+        with self.timed("resolve"):
+            self.model = resolve(project, self.diagnostics, self.sources.settings)
+        self.total = sum(len(p.body.rungs) for p in self.model.pous.values()
+                         if isinstance(p.body, ast.LadderBody))
+        self.locations = {v.name.upper(): v.location for v in self.model.globals.values() if v.location}
+        builds: dict[str, tuple[RungBuild, ...]] = {}
+        units: list[il.Unit] = []
+        for name in self.model.order:
+            pou = self.model.pous[name]
+            built = self.pou(pou)
+            if built is not None:
+                unit, builds[pou.name] = built
+                units.append(unit)
+        result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings)
+        if self.diagnostics.has_errors:
+            return result
+        with self.timed("image"):
+            program = self.program(units)
+            image = il_image.build(program, self.options.previous)
+        return replace(result, program=program, image=image)
+
+    # -- one POU
+
+    def pou(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
+        scope = Scope(self.model, pou.name)
+        if isinstance(pou.body, ast.TextBody):
+            return self.text_pou(pou, scope)
+        rungs = pou.body.rungs
+        locations = self.locations | {
+            v.name.upper(): v.location for v in pou.variables.values() if v.location}
+        builds, temps, hidden, coils = [], {}, [], []
+        targets = {j.target.upper() for rung in rungs for j in _jumps(rung.paths)}
+        keys = rung_keys(rungs, self.diagnostics)
+        for rung, key in zip(rungs, keys):
+            label = rung.name if rung.name and rung.name.upper() in targets else None
+            lowered = self.rung(rung, key, label, scope, locations, coils)
+            self.done += 1
+            if self.options.progress:
+                self.options.progress(self.done, self.total)
+            if lowered is not None:
+                build, rung_temps, rung_hidden = lowered
+                builds.append(build)
+                temps.update((t.name, t) for t in rung_temps)
+                hidden += rung_hidden
+        usage.duplicate_coils(pou, coils, self.diagnostics)
+        variables = (*pou.variables.values(), *hidden, *temps.values())
+        unit = il.Unit(pou.signature.kind, pou.name, variables, tuple(b.code for b in builds),
+                       pou.signature.result, pou.title)
+        return unit, tuple(builds)
+
+    def rung(self, rung: ast.Rung, key: str, label: str | None, scope: Scope,
+             locations: dict[str, Location], coils: list) -> tuple[RungBuild, tuple, tuple] | None:
+        with self.timed("graph"):
+            graph = graph_build(rung, key, scope, self.diagnostics)
+            if graph is None:
+                return None
+            coils += [(key, e) for e in graph.elements if isinstance(e, Coil)]
+            if not rules.check(graph, self.diagnostics):
+                return None
+        with self.timed("reduce"):
+            turns = schedule(graph)
+            hidden = memories(graph, turns)
+            tree = reduce(graph, turns)
+            rules.note_bridge(graph, tree, self.diagnostics)
+        with self.timed("lower"):
+            lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
+        verdict, code = None, lowered.code
+        if self.options.verify:
+            with self.timed("verify"):
+                verdict = verify(graph, turns, hidden, tree, code.code, lowered.temps, locations)
+            if verdict.kind == "wrong":
+                self.wrong(rung, verdict)
+            code = replace(code, proof=verdict.kind)
+        if self.options.keep:
+            build = RungBuild(rung, code, verdict, graph, turns, tree)
+        else:
+            build = RungBuild(rung, code, verdict)
+        return build, lowered.temps, lowered.hidden
+
+    def wrong(self, rung: ast.Rung, verdict: Verdict) -> None:
+        values = ", ".join(f"{name} = {'TRUE' if on else 'FALSE'}" for name, on in verdict.example)
+        self.diagnostics.error(
+            "LD0901", f"the {'IL' if verdict.stage == 'il' else 'tree'} of this rung does not do what the "
+            f"drawing says: {verdict.what} differs", rung.name_span or rung.span, "self-check failed here",
+            help=f"this is a fault of ldc, not of the program; please report it with this rung. It shows with {values}")
+
+    def text_pou(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
+        if pou.body.language == "IL":
+            with self.timed("read IL"):
+                unit = text.parse_unit(pou, scope, self.diagnostics)
+            return None if unit is None else (unit, ())
+        self.diagnostics.error(
+            "LD0902", f"the body of {pou.name} is Structured Text, which this version of ldc does not compile",
+            pou.span, "an ST body", help="write the body as ladder or IL")
+        return None
+
+    # -- the whole
+
+    def program(self, units: list[il.Unit]) -> il.Program:
+        model = self.model
+        used = dict.fromkeys(name for pou in model.pous.values() for v in pou.variables.values()
+                             for name in _blocks(v.type))
+        used |= dict.fromkeys(name for v in model.globals.values() for name in _blocks(v.type))
+        library = [standard.unit(name) for name in used if blocks.signature(name) is not None]
+        resources = tuple(
+            il.Resource(r.name, r.processor,
+                        tuple(il.Task(t.name, t.interval, t.priority, self.single(t.single)) for t in r.tasks),
+                        tuple(il.Run(run.name, run.pou, run.task) for run in r.runs))
+            for r in model.resources)
+        named = tuple(t for t in model.types.values() if isinstance(t, types.Struct | types.Enum))
+        name = self.sources.manifest.project.name if self.sources.manifest else ""
+        return il.Program((*library, *units), named, tuple(model.globals.values()), resources,
+                          tuple(sorted(model.safe.items())), name)
+
+    def single(self, expr: ast.Expr | None):
+        if expr is None:
+            return None
+        scope = Scope(self.model, None)
+        return scope.place(expr, self.diagnostics)
+
+
+def _jumps(paths: tuple[ast.Path, ...]) -> Iterator[ast.Jump]:
+    for path in paths:
+        for item in path.items:
+            if isinstance(item, ast.Jump):
+                yield item
+            elif isinstance(item, ast.Branches):
+                yield from _jumps(item.paths)
+
+
+def _blocks(type_: types.Type) -> Iterator[str]:
+    """The function blocks that a variable of the type holds instances of."""
+    match type_:
+        case types.Instance(pou):
+            yield pou
+        case types.Array(element=element):
+            yield from _blocks(element)
+        case types.Struct(fields=fields):
+            for member in fields:
+                yield from _blocks(member.type)
