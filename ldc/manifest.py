@@ -232,8 +232,8 @@ def _hidden(path: Path, folder: Path) -> bool:
 def _real(path: Path) -> Path:
     try:
         return path.resolve()
-    except (OSError, RuntimeError):
-        return path.absolute()
+    except (OSError, RuntimeError, ValueError):
+        return path
 
 
 def _shown(path: Path) -> str:

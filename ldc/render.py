@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ldc.diagnostics import Diagnostic, Severity
 from ldc.source import SourceFile
@@ -131,7 +131,7 @@ def _excerpt(
         if previous is not None and number - previous > 2:
             lines.append(paint("frame", "...", color))
         elif previous is not None and number - previous == 2:
-            text, _ = _window(source.line(number - 1), 0, width - gutter - 4)
+            text, *_ = _window(source.line(number - 1), 0, width - gutter - 4)
             lines.append(_numbered(number - 1, gutter, text, color))
         lines += _line(source.line(number), number, group[number], gutter, color, width)
         previous = number
@@ -147,7 +147,8 @@ def _line(
 ) -> list[str]:
     """One source line, the carets under it, and the texts of its labels."""
     focus = min(marks, key=lambda m: not m.primary).start
-    shown, columns = _window(text, focus, max(width - gutter - 4, 20))
+    shown, columns, inside = _window(text, focus, max(width - gutter - 4, 20))
+    marks = [m if m.start in inside else replace(m, text=f"{m.text} (column {m.start + 1})".lstrip()) for m in marks]
     bar = " " * (gutter + 1) + paint("frame", "|", color) + " "
     placed = sorted(
         ((columns(m.start), max(columns(m.end), columns(m.start) + 1), m) for m in marks),
@@ -181,7 +182,7 @@ def diagnostic_style(mark: _Mark) -> str:
 
 
 def _window(text: str, focus: int, room: int):
-    """The part of a line around character `focus` that fits, and the map from characters to columns."""
+    """The part of a line around character `focus` that fits, and the map from characters to columns, and which they are."""
     low, high = 0, len(text)
     if len(text) > room:
         low = max(0, min(focus - room // 3, len(text) - room + 2))
@@ -197,7 +198,7 @@ def _window(text: str, focus: int, room: int):
     def columns(character: int) -> int:
         return starts[min(max(character - low, 0), len(starts) - 1)]
 
-    return shown, columns
+    return shown, columns, range(low, high + 1)
 
 
 def _cell(char: str) -> str:

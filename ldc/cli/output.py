@@ -44,8 +44,9 @@ def write_file(path: Path, data: bytes) -> None:
         except BaseException:
             os.unlink(temporary)
             raise
-    except OSError as error:
-        raise Failure(f"cannot write `{path}`: {error.strerror or error}") from error
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise Failure(f"cannot write `{path}`: {reason}") from error
 
 
 def _umask() -> int:

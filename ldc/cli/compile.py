@@ -1,0 +1,70 @@
+"""`ldc compile`: the result of the compiler, or of one of its stages."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+from ldc import pipeline
+from ldc.cli.compiling import compiled, read
+from ldc.cli.console import OK, UsageError, say
+from ldc.cli.dump import dump
+from ldc.cli.output import write_result
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.graph.dump import graph_dot, graph_text, tree_text
+from ldc.il.text import print_program
+from ldc.parser import ast, parse_file
+
+
+def run(options: argparse.Namespace) -> int:
+    as_dot = options.format == "dot" or (options.format is None and (options.output or "").endswith(".dot"))
+    if options.format and options.emit != "graph":
+        raise UsageError("--format is for --emit graph")
+    sources = read(options.sources)
+    if options.emit == "ast":
+        diagnostics = Diagnostics()
+        files = tuple(parse_file(file, diagnostics) for file in sources.files)
+        if diagnostics.has_errors:
+            raise Invalid(diagnostics)
+        write_result(dump(ast.Project(files)), options.output)
+        return OK
+    result = compiled(
+        sources,
+        pipeline.Options(
+            max_paren_depth=options.max_paren_depth,
+            verify=not options.no_verify,
+            keep=options.emit in ("graph", "tree"),
+        ),
+    )
+    write_result(_emitted(result, options.emit, as_dot), options.output)
+    if options.timings:
+        _show_timings(result.timings)
+    return OK
+
+
+def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
+    match emit:
+        case "il":
+            return print_program(result.program)
+        case "image":
+            return result.image.data
+        case "tree":
+            return _each_rung(result, lambda build: tree_text(build.tree))
+    if as_dot:
+        return "".join(graph_dot(build.graph) for _, build in _rungs(result))
+    return _each_rung(result, lambda build: graph_text(build.graph))
+
+
+def _rungs(result: pipeline.Compiled):
+    return [(pou, build) for pou, builds in result.units.items() for build in builds]
+
+
+def _each_rung(result: pipeline.Compiled, text: Callable[[pipeline.RungBuild], str]) -> str:
+    return "\n".join(f"{pou} {build.code.key}\n{text(build).rstrip()}\n" for pou, build in _rungs(result))
+
+
+def _show_timings(timings: dict[str, float]) -> None:
+    total = sum(timings.values())
+    for stage, seconds in timings.items():
+        say(f"{stage:<12} {seconds * 1000:10.1f} ms {seconds / total if total else 0:6.0%}")
+    say(f"{'all':<12} {total * 1000:10.1f} ms")
