@@ -1,0 +1,130 @@
+"""The actions of the rules for declarations, headers and configurations (see builder.py)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ldc.parser import ast
+from ldc.parser.builder import Builder, Values
+from ldc.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class PouHead:
+    """``PROGRAM name "title"``, ``FUNCTION name : TYPE "title"``."""
+
+    kind: str
+    name: str
+    title: str | None
+    result: ast.TypeExpr | None
+    name_span: Span
+
+
+class FileBuilder(Builder):
+    """All actions: those of the ladder, and these."""
+
+    # ---- variables and types
+
+    def variables(self, values: Values) -> list[ast.VarDecl]:
+        names, _, kind = values[:3]
+        initial = values[4] if len(values) == 6 else None
+        group = self.span(names[0], values[-1])
+        return [ast.VarDecl(self.declared(n), None, kind, initial, self.span(n, n), group) for n in names]
+
+    def located(self, values: Values) -> list[ast.VarDecl]:
+        name, _, address, _, kind = values[:5]
+        initial = values[6] if len(values) == 8 else None
+        group = self.span(name, values[-1])
+        location = self.word(address).upper()
+        return [ast.VarDecl(self.declared(name), location, kind, initial, self.span(name, name), group)]
+
+    def named_type(self, values: Values) -> ast.NamedType:
+        return ast.NamedType(self.word(values[0]), None, self.span(values[0], values[0]))
+
+    def sized_type(self, values: Values) -> ast.NamedType:
+        name, _, length, close = values
+        if self.word(name).upper() not in ("STRING", "WSTRING"):
+            self.failed = True
+            self.findings.length_of(name)
+        return ast.NamedType(self.word(name), length, self.span(name, close))
+
+    def subrange_type(self, values: Values) -> ast.SubrangeType:
+        name, _, low, _, high, close = values
+        return ast.SubrangeType(self.word(name), low, high, self.span(name, close))
+
+    def array_type(self, values: Values) -> ast.ArrayType:
+        word, _, ranges, _, _, element = values
+        return ast.ArrayType(tuple(ranges), element, Span(self.source, self.starts[word], element.span.end))
+
+    def range(self, values: Values) -> tuple[ast.Expr, ast.Expr]:
+        return values[0], values[2]
+
+    def struct_type(self, values: Values) -> ast.StructType:
+        fields = tuple(field for group in values[1] for field in group)
+        return ast.StructType(fields, self.span(values[0], values[2]))
+
+    def enum_type(self, values: Values) -> ast.EnumType:
+        return ast.EnumType(tuple(values[1]), self.span(values[0], values[2]))
+
+    def enum_value(self, values: Values) -> tuple[str, ast.Expr | None]:
+        return self.declared(values[0]), values[2] if len(values) == 3 else None
+
+    def type_line(self, values: Values) -> ast.TypeDecl:
+        initial = values[4] if len(values) == 6 else None
+        return ast.TypeDecl(self.declared(values[0]), values[2], initial, self.span(values[0], values[-1]))
+
+    # ---- initial values
+
+    def array_initial(self, values: Values) -> ast.Aggregate:
+        return ast.Aggregate(tuple(values[1]), (), self.span(values[0], values[2]))
+
+    def struct_initial(self, values: Values) -> ast.Aggregate:
+        return ast.Aggregate((), tuple(values[1]), self.span(values[0], values[2]))
+
+    def element(self, values: Values) -> tuple[int, ast.Initial]:
+        return 1, values[0]
+
+    def repeated(self, values: Values) -> tuple[int, ast.Initial]:
+        return self.number(values[:1]).value, values[2]
+
+    def member_initial(self, values: Values) -> tuple[str, ast.Initial]:
+        return self.word(values[0]), values[2]
+
+    # ---- program organisation units and configurations
+
+    def pou_head(self, values: Values) -> PouHead:
+        title = self.title(values[2]) if len(values) == 3 else None
+        return self._pou_head(values[0], values[1], title, None)
+
+    def function_head(self, values: Values) -> PouHead:
+        title = self.title(values[4]) if len(values) == 5 else None
+        return self._pou_head(values[0], values[1], title, values[3])
+
+    def _pou_head(self, kind: int, name: int, title: str | None, result) -> PouHead:
+        return PouHead(self.types[kind], self.declared(name), title, result, self.span(name, name))
+
+    def configuration_head(self, values: Values) -> str:
+        return self.declared(values[1])
+
+    def resource_head(self, values: Values) -> tuple[str, str]:
+        return self.declared(values[1]), self.word(values[3])
+
+    def task(self, values: Values) -> ast.Task:
+        word, name, _, settings, *_, last = values
+        given: dict[str, ast.Expr] = {}
+        for index, value in settings:
+            key = self.word(index).upper()
+            if key not in ("INTERVAL", "SINGLE", "PRIORITY") or key in given:
+                self.failed = True
+                self.findings.task_setting(index, key in given)
+            given[key] = value
+        return ast.Task(self.declared(name), given.get("INTERVAL"), given.get("SINGLE"), given.get("PRIORITY"),
+                        self.span(word, last))
+
+    def task_value(self, values: Values) -> tuple[int, ast.Expr]:
+        return values[0], values[2]
+
+    def program_instance(self, values: Values) -> ast.ProgramInstance:
+        task = self.word(values[3]) if len(values) == 7 else None
+        return ast.ProgramInstance(self.declared(values[1]), task, self.word(values[-2]),
+                                   self.span(values[0], values[-1]))

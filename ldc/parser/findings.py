@@ -1,0 +1,165 @@
+"""Everything that the parser can find wrong: one method per code (LD01xx), and how tokens are named.
+
+Messages name what stands there; help says what to do. Long tokens are cut: a line may have megabytes.
+"""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics, Label
+from ldc.parser.lexer import Tokens
+from ldc.parser.literals import Malformed
+from ldc.source import Span
+
+_CUT = 40
+MAX_DEPTH, MAX_OPERATORS, MAX_TOKENS = 100, 1_000, 200_000
+
+
+def cut(text: str) -> str:
+    """What is shown of a token."""
+    return text if len(text) <= _CUT else text[: _CUT - 3] + "..."
+
+
+class Findings:
+    """Adds to the bag; the only place where codes LD01xx are written."""
+
+    def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
+        self.tokens, self.diagnostics = tokens, diagnostics
+
+    def shown(self, index: int) -> str:
+        return f"`{cut(self.tokens.text(index))}`"
+
+    def _at(self, code: str, message: str, index: int, label: str = "", help: str = "", secondary=()) -> None:
+        self.diagnostics.error(code, message, self.tokens.point(index), label, secondary=secondary, help=help)
+
+    # ---- the text itself
+
+    def syntax(self, index: int, message: str, label: str, help: str, secondary: tuple[Label, ...] = ()) -> None:
+        self._at("LD0101", message, index, label, help, secondary)
+
+    def character(self, span: Span) -> None:
+        """A character that no token has; control characters are shown by their code."""
+        first = span.text[0]
+        shown = f"`{first}`" if first.isprintable() else f"U+{ord(first):04X}"
+        if ord(first) > 127 and first.isprintable():
+            what, help = "is not used in this language", "names have letters a to z, digits and underscores"
+            if first in "‘’“”„«»":
+                help = "write straight quotes, ' or \""
+        elif first.isprintable():
+            what, help = "is not used in this language", "remove it, or put it into a comment"
+        else:
+            what, help = "is a control character", "is the file text? remove the character"
+        self.diagnostics.error("LD0102", f"the character {shown} {what}", span, f"{shown} stands here", help=help)
+
+    def open_comment(self, start: int) -> None:
+        span = Span(self.tokens.source, start, start + 2)
+        self.diagnostics.error("LD0103", "the comment is not closed", span, "it begins here, and goes on to the end",
+                               help="close it with `*)`; comments do not nest")
+
+    def open_string(self, span: Span) -> None:
+        quote = span.text[0]
+        head = Span(span.source, span.start, min(span.end, span.start + _CUT))
+        self.diagnostics.error("LD0104", "the string is not closed in its line", head, "it begins here",
+                               help=f"close it with `{quote}`; a line break in a string is written `$N`")
+
+    def literal(self, span: Span, problem: Malformed) -> None:
+        """No literal, or one whose value no type can hold."""
+        text = cut(span.text)
+        if problem.range:
+            self.diagnostics.error("LD0106", str(problem), span, f"`{text}`", help=problem.help)
+        elif text[0] in "'\"" or "'" in text or '"' in text:
+            self.diagnostics.error("LD0107", str(problem), span, "in this string", help=problem.help)
+        else:
+            self.diagnostics.error("LD0105", str(problem), span, f"`{text}`", help=problem.help)
+
+    # ---- brackets and sizes
+
+    def open_bracket(self, opening: int, closer: str, index: int, found: str) -> None:
+        """The bracket at ``opening`` lacks its ``closer`` where the token ``index`` stands."""
+        span = self.tokens.point(index)
+        self.diagnostics.error(
+            "LD0108", f"{self.shown(opening)} is not closed", span, f"`{closer}` is missing before {found}",
+            secondary=(Label(self.tokens.point(opening), "opened here"),), help=f"add `{closer}`")
+
+    def stray_bracket(self, index: int, opening: int | None) -> None:
+        secondary = (Label(self.tokens.point(opening), "the bracket that is open"),) if opening is not None else ()
+        if opening is None:
+            label, help = "nothing is open here", "remove it, or write the opening bracket"
+        else:
+            label, help = f"this does not close {self.shown(opening)}", "close the brackets in the order of opening"
+        self._at("LD0109", f"{self.shown(index)} closes nothing", index, label, help, secondary)
+
+    def too_deep(self, index: int) -> None:
+        self._at("LD0110", f"brackets are nested more than {MAX_DEPTH} levels deep", index,
+                 f"this one is level {MAX_DEPTH + 1}", "take parts out: into variables, rungs or functions")
+
+    def too_long(self, index: int, what: str, limit: int, of: str) -> None:
+        self._at("LD0111", f"{what} has more than {limit:,} {of}", index, f"number {limit + 1:,} stands here",
+                 "split it")
+
+    def empty(self, index: int, opening: int) -> None:
+        """A branch without an element."""
+        self._at("LD0112", "a branch is empty", index, "an element was expected before this",
+                 "draw a contact, or a wire with `[TRUE]`, or remove the branch",
+                 (Label(self.tokens.point(opening), "the branches begin here"),))
+
+    def empty_rung(self, rung: int, index: int) -> None:
+        self.diagnostics.error("LD0113", "the rung has no elements", self.tokens.point(rung), "this rung",
+                               help="draw a path, for example `[a] (q)`, or remove the rung")
+
+    # ---- the file
+
+    def empty_file(self) -> None:
+        source = self.tokens.source
+        self.diagnostics.error("LD0114", "there is nothing in this file", Span(source, 0, 0), "only space and comments",
+                               help="begin with `PROGRAM name`")
+
+    def outside(self, index: int, help: str) -> None:
+        self._at("LD0115", f"{self.shown(index)} stands outside of any program", index,
+                 "only PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL and CONFIGURATION begin here", help)
+
+    def reserved(self, index: int) -> None:
+        word = self.tokens.text(index)
+        self._at("LD0116", f"`{word}` is a reserved word", index, "a name was expected here",
+                 f"choose another name, for example `{word}_1`")
+
+    def other_format(self, span: Span, name: str) -> None:
+        self.diagnostics.error("LD0117", f"this is a file of {name}, which cannot be read yet", span,
+                               "by this it is known", help="a later release reads it; for now, draw it in the .ld language")
+
+    def pragma(self, index: int) -> None:
+        self._at("LD0118", "there are no pragmas in this language", index, "a `{` among declarations",
+                 "remove it, or put it into a comment")
+
+    def missing_end(self, end: str, opening: int, name: str, index: int, found: str) -> None:
+        """``opening`` began what ``end`` should close before the token ``index``."""
+        self.diagnostics.error(
+            "LD0119", f"{end} is missing", self.tokens.point(index), f"expected before {found}",
+            secondary=(Label(self.tokens.span(opening, opening), f"{name} begins here"),), help=f"add {end}")
+
+    def wrong_end(self, index: int, end: str, opening: int) -> None:
+        self._at("LD0120", f"{self.shown(index)} stands where {end} was expected", index, "",
+                 f"write {end}", (Label(self.tokens.point(opening), "this is what ends here"),))
+
+    def late_declarations(self, index: int) -> None:
+        self._at("LD0121", "declarations stand before the body", index, "this block comes after a rung",
+                 "move the block up, above the first rung")
+
+    # ---- details
+
+    def wrong_modifier(self, index: int) -> None:
+        self._at("LD0122", f"a contact has no modifier {self.shown(index)}", index, "S and R are for coils",
+                 "contacts are `[x]`, `[/x]`, `[P x]` and `[N x]`")
+
+    def power_pin(self, index: int, twice: bool) -> None:
+        label = "given twice" if twice else "neither `in` nor `out`"
+        self._at("LD0123", "only `in=PIN` and `out=PIN` stand behind the pins of a block", index, label,
+                 "each of them at most once; other pins go into the parentheses")
+
+    def length_of(self, index: int) -> None:
+        self._at("LD0124", f"{self.shown(index)} has no length", index, "only STRING and WSTRING have one",
+                 "an array is `ARRAY [1..n] OF type`, a subrange `INT (0..n)`")
+
+    def task_setting(self, index: int, twice: bool) -> None:
+        label = "given twice" if twice else "not a setting of a task"
+        self._at("LD0125", "a task has INTERVAL, SINGLE and PRIORITY, each once", index, label,
+                 "write for example `TASK fast (INTERVAL := T#10ms, PRIORITY := 1);`")

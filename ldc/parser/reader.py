@@ -1,0 +1,334 @@
+"""A whole file: cut into units at the keywords, each parsed alone.
+
+Keywords are reserved, so RUNG, VAR and the like are found without knowing what stands between them. One
+bad rung or declaration gives its findings and is left out; the rest is read. Cost is linear.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.findings import cut
+from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
+from ldc.parser.units import Units
+from ldc.source import SourceFile, Span
+
+POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
+_STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", "VAR_GLOBAL"))
+_ENDS = frozenset(f"END_{kind}" for kind in (*POUS, "TYPE", "CONFIGURATION", "RESOURCE", "VAR"))
+_STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK"}
+_LANGUAGES = {".st": "ST", ".il": "IL"}
+_LDMICRO = re.compile(r"\s*LDmicro\d")
+_JSON = ["END_VAR", "{", "TEXT", ":"]
+
+
+def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
+    """What a source says; what cannot be read is left out and told (codes LD01xx).
+
+    The ending of the path decides about bodies: ``.st`` and ``.il`` hold text, any other ladders.
+    """
+    tokens = lex(source)
+    reader = Reader(tokens, diagnostics)
+    if not reader.foreign():
+        reader.read()
+    comments = tuple(ast.Comment(source.text[a:b], Span(source, a, b)) for a, b in tokens.comments)
+    return ast.File(source, tuple(reader.pous), tuple(reader.type_decls), tuple(reader.globals),
+                    tuple(reader.configurations), comments)
+
+
+def parse_expression(source: SourceFile, start: int, end: int, diagnostics: Diagnostics) -> ast.Expr | None:
+    """The expression that the characters ``start`` to ``end`` of a source are."""
+    tokens = lex(source, start, end)
+    return Units(tokens, diagnostics).parse("single_expression", 0, len(tokens.types), "expression")
+
+
+class Reader:
+    """Goes through the tokens once; ``at`` is the next one."""
+
+    def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
+        self.tokens, self.types = tokens, tokens.types
+        self.units = Units(tokens, diagnostics)
+        self.findings = self.units.findings
+        path = tokens.source.path.lower()
+        self.language = next((name for ending, name in _LANGUAGES.items() if path.endswith(ending)), None)
+        self.at = 0
+        self.pous: list[ast.Pou] = []
+        self.type_decls: list[ast.TypeDecl] = []
+        self.globals: list[ast.VarBlock] = []
+        self.configurations: list[ast.Configuration] = []
+
+    def foreign(self) -> bool:
+        """Report a format that others also call ``.ld``: LDmicro's, and JSON behind declarations."""
+        source, types = self.tokens.source, self.types
+        match = _LDMICRO.match(source.text)
+        if match:
+            self.findings.other_format(Span(source, match.end() - 8, match.end()), "LDmicro")
+            return True
+        for index, kind in enumerate(types):
+            if kind == "END_VAR" and types[index : index + 4] == _JSON:
+                self.findings.other_format(self.tokens.span(index + 1, index + 2), "OpenPLC 4")
+                return True
+        return False
+
+    def read(self) -> None:
+        types = self.types
+        if not types:
+            self.findings.empty_file()
+        while self.at < len(types):
+            kind = types[self.at]
+            if kind in POUS:
+                self._pou()
+            elif kind == "TYPE":
+                self.type_decls += self._lines_until("END_TYPE", "type_line", "TYPE")
+            elif kind == "VAR_GLOBAL":
+                self.globals.append(self._section())
+            elif kind == "CONFIGURATION":
+                self._configuration()
+            else:
+                self._outside()
+
+    # ---- helpers
+
+    def _kind(self) -> str:
+        """The type of the next token; ``""`` at the end."""
+        return self.types[self.at] if self.at < len(self.types) else ""
+
+    def _skip(self, stops: frozenset[str]) -> int:
+        """Go on to the next token of ``stops``, at least one; where it began."""
+        begin, self.at = self.at, self.at + 1
+        self._seek(stops)
+        return begin
+
+    def _seek(self, stops: frozenset[str]) -> None:
+        types, at = self.types, self.at
+        while at < len(types) and types[at] not in stops:
+            at += 1
+        self.at = at
+
+    def _found(self) -> str:
+        return self.findings.shown(self.at) if self.at < len(self.types) else "the end of the file"
+
+    def _outside(self) -> None:
+        begin = self._skip(_STARTERS)
+        if self.units.bad(begin, self.at):
+            return
+        word = cut(self.tokens.text(begin)).upper()
+        near = difflib.get_close_matches(word, sorted(_STARTERS), 1, 0.75) if self.types[begin] == "NAME" else ()
+        if near:
+            help = f"did you mean `{near[0]}`?"
+        elif self.pous:
+            help = "remove it, or move it above the END of the program that it belongs to"
+        else:
+            help = "write `PROGRAM name` before it and END_PROGRAM at the end"
+        self.findings.outside(begin, help)
+
+    def _misspelt(self, end: str, first: int) -> bool:
+        """Whether the last word before ``at`` was meant as ``end``; reports it."""
+        last = self.at - 1
+        if last <= first or self.types[last] != "NAME":
+            return False
+        word = cut(self.tokens.text(last)).upper()
+        if not difflib.get_close_matches(word, [end], 1, 0.75):
+            return False
+        self.findings.wrong_end(last, end, first)
+        return True
+
+    def _missing(self, end: str, opening: int) -> None:
+        """Report it, unless an open comment has swallowed it (that is told where it is)."""
+        if self.at < len(self.types) or self.types[-1] != BAD or not self.tokens.text(-1).startswith("(*"):
+            name = self.findings.shown(opening)
+            if opening + 1 < len(self.types) and self.types[opening + 1] == "NAME":
+                name = f"`{cut(self.tokens.span(opening, opening + 1).text)}`"
+            self.findings.missing_end(end, opening, name, self.at, self._found())
+
+    # ---- declarations
+
+    def _section(self) -> ast.VarBlock:
+        """``VAR ... END_VAR``; ``at`` is its first word."""
+        first, kind = self.at, self._kind()
+        while self.at + 1 < len(self.types) and self.types[self.at + 1] in QUALIFIERS:
+            self.at += 1
+        qualifiers = tuple(self.types[first + 1 : self.at + 1])
+        groups = self._lines_until("END_VAR", "var_line", kind, first)
+        variables = tuple(variable for group in groups for variable in group)
+        return ast.VarBlock(kind, qualifiers, variables, self.tokens.span(first, self.at - 1))
+
+    def _lines_until(self, end: str, symbol: str, word: str, opening: int | None = None) -> list:
+        """The lines between the word at ``at`` and ``end``, which is taken too."""
+        opening = self.at if opening is None else opening
+        first = self.at + 1
+        self._skip(_STOPS)
+        stop, found = self.at, self._kind() == end
+        if not found and self._misspelt(end, opening):
+            stop, found = self.at - 1, True
+        elif found:
+            self.at += 1
+        values = list(self.units.lines(symbol, first, stop))
+        if not found:
+            self._missing(end, opening)
+        return values
+
+    # ---- program organisation units
+
+    def _pou(self) -> None:
+        first = self.at
+        kind = self._kind()
+        self.at = self._head_end()
+        head = self.units.parse("pou_head", first, self.at, "heading")
+        if head is None:
+            self._seek(_STOPS)
+        sections: list[ast.VarBlock] = []
+        while self._kind() in SECTIONS:
+            sections.append(self._section())
+        body = self._text_body() if self.language else self._ladder(sections, kind, first)
+        last = self._pou_end(f"END_{kind}", first)
+        if head is not None:
+            self.pous.append(ast.Pou(kind, head.name, head.title, head.result, tuple(sections), body,
+                                     self.tokens.span(first, last), head.name_span))
+
+    def _head_end(self) -> int:
+        """Behind ``PROGRAM name "title"`` or ``FUNCTION name : TYPE "title"``, as far as it goes."""
+        types, at = self.types, self.at + 1
+        if types[at : at + 1] == ["NAME"]:
+            at += 1
+        if self._kind() == "FUNCTION" and types[at : at + 1] == [":"]:
+            at += 1
+            while types[at : at + 1] == ["ARRAY"]:
+                while at < len(types) and types[at] not in _STOPS and types[at] != "OF":
+                    at += 1
+                at += types[at : at + 1] == ["OF"]
+            at += types[at : at + 1] == ["NAME"]
+            if types[at : at + 1] in (["["], ["("]):
+                closer = {"[": "]", "(": ")"}[types[at]]
+                while at < len(types) and types[at] not in _STOPS and types[at] != closer:
+                    at += 1
+                at += types[at : at + 1] == [closer]
+        return at + (types[at : at + 1] == ["TEXT"])
+
+    def _text_body(self) -> ast.TextBody:
+        start = self.tokens.ends[self.at - 1]
+        self._seek(_POU_STOPS)
+        end = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
+        return ast.TextBody(self.language, Span(self.tokens.source, start, end))
+
+    def _ladder(self, sections: list[ast.VarBlock], kind: str, opening: int) -> ast.LadderBody:
+        rungs: list[ast.Rung] = []
+        start = self.tokens.ends[self.at - 1]
+        while (word := self._kind()) and word not in _POU_STOPS:
+            if word == "RUNG":
+                rung = self._rung(f"END_{kind}", opening)
+                if rung is not None:
+                    rungs.append(rung)
+            elif word in SECTIONS:
+                self.findings.late_declarations(self.at)
+                sections.append(self._section())
+            else:
+                self._no_rung(f"END_{kind}")
+        end = self.tokens.starts[self.at] if self.at < len(self.types) else self.tokens.ends[-1]
+        return ast.LadderBody(tuple(rungs), Span(self.tokens.source, start, max(start, end)))
+
+    def _rung(self, end: str, opening: int) -> ast.Rung | None:
+        first = self._skip(_STOPS)
+        stop = self.at
+        if self._kind() != end and self.types[stop - 1] == "NAME" and self.types[stop - 2] != ">>":
+            if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
+                self.at = stop = stop - 1  # a misspelt END; _pou_end reports it
+        return self.units.parse("rung", first, stop, "rung")
+
+    def _no_rung(self, end: str) -> None:
+        """Something between declarations and rungs that is neither, or a stray END."""
+        if self.types[self.at] == "NAME" and difflib.get_close_matches(
+                cut(self.tokens.text(self.at)).upper(), [end], 1, 0.75):
+            self.at += 1
+            return
+        begin = self._skip(_STOPS)
+        if self.units.bad(begin, self.at):
+            return
+        word = cut(self.tokens.text(begin)).upper()
+        near = difflib.get_close_matches(word, (*SECTIONS, "RUNG", end), 1, 0.7)
+        if self.types[begin] == "{":
+            self.findings.pragma(begin)
+            return
+        help = f"did you mean `{near[0]}`?" if near else "a rung begins with RUNG; statements belong into a .st file"
+        self.findings.syntax(begin, f"expected RUNG or {end}, found {self.findings.shown(begin)}",
+                             "not the beginning of a rung", help)
+
+    def _pou_end(self, end: str, opening: int) -> int:
+        """Take the END of a POU; the index of its last token."""
+        if self._kind() == end:
+            self.at += 1
+        elif self._kind() in _POU_ENDS:
+            self.findings.wrong_end(self.at, end, opening)
+            self.at += 1
+        elif self._kind() == "NAME":
+            self.findings.wrong_end(self.at, end, opening)
+            self.at += 1
+        elif not self._misspelt(end, opening):
+            self._missing(end, opening)
+        return self.at - 1
+
+    # ---- configurations
+
+    def _configuration(self) -> None:
+        first = self.at
+        self.at = min(first + 2, len(self.types))
+        name = self.units.parse("configuration_head", first, self.at, "heading")
+        blocks, resources = [], []
+        while (word := self._kind()) and word != "END_CONFIGURATION" and word not in _CONFIGURATION_STOPS:
+            if word == "VAR_GLOBAL":
+                blocks.append(self._section())
+            elif word == "RESOURCE":
+                resources.append(self._resource())
+            else:
+                self._expected("RESOURCE or END_CONFIGURATION", _IN_CONFIGURATION,
+                               "tasks and programs stand inside `RESOURCE name ON processor ... END_RESOURCE`")
+        self._close("END_CONFIGURATION", first)
+        if name is not None:
+            self.configurations.append(ast.Configuration(
+                name, tuple(blocks), tuple(r for r in resources if r), self.tokens.span(first, self.at - 1)))
+
+    def _resource(self) -> ast.Resource | None:
+        first = self.at
+        self.at = min(first + 4, len(self.types))
+        head = self.units.parse("resource_head", first, self.at, "heading")
+        blocks, tasks, programs = [], [], []
+        while (word := self._kind()) and word not in ("END_RESOURCE", "END_CONFIGURATION", "RESOURCE"):
+            if word == "VAR_GLOBAL":
+                blocks.append(self._section())
+            elif word in ("TASK", "PROGRAM"):
+                begin = self._skip(_LINE_STOPS)
+                self.at += self._kind() == ";"
+                symbol = "task_line" if word == "TASK" else "program_line"
+                value = self.units.parse(symbol, begin, self.at, "declaration")
+                if value is not None:
+                    (tasks if word == "TASK" else programs).append(value)
+            else:
+                self._expected("TASK, PROGRAM or END_RESOURCE", _IN_RESOURCE, "")
+        self._close("END_RESOURCE", first)
+        if head is None:
+            return None
+        return ast.Resource(*head, tuple(blocks), tuple(tasks), tuple(programs),
+                            self.tokens.span(first, self.at - 1))
+
+    def _expected(self, wanted: str, stops: frozenset[str], help: str) -> None:
+        begin = self._skip(stops)
+        if not self.units.bad(begin, self.at):
+            self.findings.syntax(begin, f"expected {wanted}, found {self.findings.shown(begin)}",
+                                 f"not {wanted}", help or f"write {wanted} here")
+
+    def _close(self, end: str, opening: int) -> None:
+        if self._kind() == end:
+            self.at += 1
+        else:
+            self._missing(end, opening)
+
+
+_POU_ENDS = frozenset(f"END_{kind}" for kind in POUS)
+_POU_STOPS = _POU_ENDS | _STARTERS
+_IN_CONFIGURATION = frozenset(("VAR_GLOBAL", "RESOURCE", "END_CONFIGURATION"))
+_IN_RESOURCE = frozenset(("VAR_GLOBAL", "TASK", "PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION"))
+_LINE_STOPS = _IN_RESOURCE | {";"}
+_CONFIGURATION_STOPS = frozenset(("CONFIGURATION", "TYPE", "FUNCTION", "FUNCTION_BLOCK"))

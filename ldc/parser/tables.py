@@ -1,0 +1,120 @@
+"""LALR(1) tables of ladder.lark: made by lark, kept in the user's cache folder as JSON.
+
+Making them takes lark about half a second, reading them a few milliseconds. The file is named after a
+digest of the grammar, so it is never stale; where nothing can be written, the tables are made anew each
+time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+_FORMAT = "1"
+STARTS = ("rung", "single_expression", "var_line", "type_line", "pou_head", "configuration_head",
+          "resource_head", "task_line", "program_line")
+END = "$END"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tables:
+    """``actions[state][symbol]``: a state to go to (>= 0), or ``-1 - rule`` to reduce.
+
+    ``rules[n]`` is (children, symbol made, name of the action). Terminals are named as in the grammar,
+    quoted ones by their text; ``terminals`` are all of them.
+    """
+
+    actions: tuple[dict[str, int], ...]
+    rules: tuple[tuple[int, str, str], ...]
+    starts: dict[str, int]
+    ends: dict[str, int]
+    terminals: frozenset[str]
+
+
+@cache
+def tables() -> Tables:
+    """The tables, from the cache when they are there."""
+    grammar = (resources.files("ldc.parser") / "ladder.lark").read_text(encoding="utf-8")
+    digest = hashlib.sha256("\0".join((_FORMAT, *STARTS, grammar)).encode()).hexdigest()[:24]
+    path = cache_folder() / f"grammar-{digest}.json"
+    try:
+        return _decode(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, LookupError, TypeError):
+        made = _make(grammar)
+    _store(path, json.dumps(made, separators=(",", ":")))
+    return _decode(made)
+
+
+def cache_folder() -> Path:
+    """Where this user's caches are kept: ``$XDG_CACHE_HOME/ldc`` or ``~/.cache/ldc``."""
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return Path(base if os.path.isabs(base) else os.path.expanduser("~/.cache")) / "ldc"
+
+
+def _store(path: Path, text: str) -> None:
+    """Write whole or not at all; a cache that cannot be written is no error."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    except OSError:
+        return
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(temporary, path)
+    except OSError:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def _decode(data: dict) -> Tables:
+    return Tables(
+        tuple(data["actions"]),
+        tuple((size, symbol, action) for size, symbol, action in data["rules"]),
+        data["starts"], data["ends"], frozenset(data["terminals"]),
+    )
+
+
+def _make(grammar: str) -> dict:
+    """Let lark analyse the grammar, and bring its tables into a plain form."""
+    from lark import Lark
+    from lark.lexer import Lexer, PatternStr
+    from lark.parsers.lalr_analysis import Shift
+
+    class NoLexer(Lexer):
+        """lark must not build scanners for terminals that lexer.py makes."""
+
+        def __init__(self, conf) -> None:
+            pass
+
+        def lex(self, lexer_state, parser_state):
+            return iter(())
+
+    parser = Lark(grammar, parser="lalr", lexer=NoLexer, start=list(STARTS), keep_all_tokens=True)
+    shown = {t.name: t.pattern.value for t in parser.terminals if isinstance(t.pattern, PatternStr)}
+    table = parser.parser.parser._parse_table
+    numbers, rules, actions = {}, [], []
+    for state in range(len(table.states)):
+        row = {}
+        for symbol, (action, argument) in table.states[state].items():
+            if action is not Shift:
+                if argument not in numbers:
+                    numbers[argument] = len(rules)
+                    rules.append((len(argument.expansion), str(argument.origin.name),
+                                  str(argument.alias or argument.origin.name)))
+                argument = -1 - numbers[argument]
+            row[shown.get(symbol, str(symbol))] = argument
+        actions.append(row)
+    names = {t.name for t in parser.terminals} | {END}
+    used = {symbol for row in table.states.values() for symbol in row} & (names | set(_declared(grammar)))
+    return {"actions": actions, "rules": rules, "starts": dict(table.start_states),
+            "ends": dict(table.end_states), "terminals": sorted(shown.get(n, n) for n in used)}
+
+
+def _declared(grammar: str) -> list[str]:
+    return next(line for line in grammar.splitlines() if line.startswith("%declare")).split()[1:]

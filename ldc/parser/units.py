@@ -1,0 +1,154 @@
+"""One unit of text (a rung, a declaration, a header) to its tree: limits, parsing, and what went wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import lr, syntax
+from ldc.parser.declarations import FileBuilder
+from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, MAX_TOKENS, Findings
+from ldc.parser.lexer import BAD, OPENING, Tokens
+from ldc.parser.literals import Malformed
+from ldc.parser.tables import tables
+
+_OPERATORS = frozenset(("BINOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
+_SHOWN = 20
+
+
+class Units:
+    """Parses units of one file. A unit that failed is None, and its findings are in the bag."""
+
+    def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
+        self.tokens, self.types = tokens, tokens.types
+        self.findings = Findings(tokens, diagnostics)
+        self.builder = FileBuilder(tokens, self.findings)
+        self._tables = tables()
+        self._rules = lr.bind(self._tables, self.builder)
+
+    def parse(self, symbol: str, first: int, end: int, what: str) -> object | None:
+        """The tokens ``first`` to ``end`` (exclusive) as ``symbol``; ``what`` names it in messages."""
+        value = self._attempt(symbol, first, end, what)
+        if isinstance(value, lr.Failure):
+            syntax.explain(value, self.findings, first, end, what)
+            return None
+        return value
+
+    def lines(self, symbol: str, first: int, end: int) -> Iterator[object]:
+        """What is ended by ``;``, one by one. After a missing ``;`` it goes on at the next name."""
+        at = first
+        while at < end:
+            stop = self._line_end(at, end)
+            if "{" in self.types[at:stop]:
+                self.findings.pragma(self.types.index("{", at))
+                at = stop
+                continue
+            value = self._attempt(symbol, at, stop, "declaration")
+            if isinstance(value, lr.Failure):
+                syntax.explain(value, self.findings, at, stop, "declaration")
+                index = value.index
+                if at < index < stop and ";" in value.expected and self._begins_line(index):
+                    stop = index
+            elif value is not None:
+                yield value
+            at = stop
+
+    def bad(self, first: int, end: int) -> bool:
+        """Report what is no token; True when there was any."""
+        types, shown = self.types, 0
+        if BAD not in types[first:end]:
+            return False
+        for index in range(first, end):
+            if types[index] == BAD and shown < _SHOWN:
+                shown += 1
+                self._bad_token(index)
+        return True
+
+    def _attempt(self, symbol: str, first: int, end: int, what: str) -> object | lr.Failure | None:
+        if self.bad(first, end) or (end - first > MAX_DEPTH and self._too_big(first, end, what)):
+            return None
+        value = lr.parse(self._tables, self._rules, symbol, self.types, first, end)
+        failed, self.builder.failed = self.builder.failed, False
+        return None if failed and not isinstance(value, lr.Failure) else value
+
+    def _line_end(self, at: int, end: int) -> int:
+        """Behind the next ``;`` that is not inside a STRUCT."""
+        depth = 0
+        for index in range(at, end):
+            kind = self.types[index]
+            if kind == "STRUCT":
+                depth += 1
+            elif kind == "END_STRUCT":
+                depth -= 1
+            elif kind == ";" and depth <= 0:
+                return index + 1
+        return end
+
+    def _begins_line(self, index: int) -> bool:
+        return self.types[index] == "NAME" and self.types[index + 1 : index + 2] in ([":"], [","], ["AT"])
+
+    # ---- limits
+
+    def _too_big(self, first: int, end: int, what: str) -> bool:
+        if end - first > MAX_TOKENS:
+            self.findings.too_long(first + MAX_TOKENS, f"the {what}", MAX_TOKENS, "symbols")
+            return True
+        types = self.types[first:end]
+        if sum(map(types.count, OPENING)) > MAX_DEPTH and self._too_deep(first, end):
+            return True
+        return sum(map(_OPERATORS.__contains__, types)) > MAX_OPERATORS and self._too_long(first, end)
+
+    def _too_deep(self, first: int, end: int) -> bool:
+        depth = 0
+        for index in range(first, end):
+            kind = self.types[index]
+            if kind in OPENING:
+                depth += 1
+                if depth > MAX_DEPTH:
+                    self.findings.too_deep(index)
+                    return True
+            elif kind in (")", "]", "}"):
+                depth -= 1
+        return False
+
+    def _too_long(self, first: int, end: int) -> bool:
+        """Operators, steps and indexes of each expression; it ends where a pin, an element or a branch does.
+
+        ``levels[-1]`` counts the brackets open since the innermost brace: at 0 between elements, at 1 in a
+        contact or between the pins of a block.
+        """
+        levels, count = [0], 0
+        for index in range(first, end):
+            kind = self.types[index]
+            if kind == "{":
+                levels.append(0)
+            elif kind == "}" and len(levels) > 1:
+                levels.pop()
+            elif kind in (")", "]"):
+                levels[-1] = max(0, levels[-1] - 1)
+            elif kind in _OPERATORS:
+                count += 1
+                if count > MAX_OPERATORS:
+                    self.findings.too_long(index, "the expression", MAX_OPERATORS, "operators")
+                    return True
+            if kind in ("(", "["):
+                levels[-1] += 1
+            elif kind in (";", "|", "{", "}") or (levels[-1] == 0 and kind in (")", "]")) or (
+                    levels[-1] <= 1 and kind in (",", ":=", "=>")):
+                count = 0
+        return False
+
+    # ---- what is no token
+
+    def _bad_token(self, index: int) -> None:
+        span = self.tokens.point(index)
+        head = span.source.text[span.start : span.start + 2]
+        if head == "(*":
+            self.findings.open_comment(span.start)
+        elif head[0] in "'\"":
+            self.findings.open_string(span)
+        elif head[0].isascii() and (head[0].isalnum() or head[0] == "_"):
+            self.findings.literal(span, Malformed("this is no literal", "`NAME#` is followed by a value"
+                                                  if "#" in span.text else "names do not begin with digits"))
+        else:
+            self.findings.character(span)
