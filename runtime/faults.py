@@ -1,0 +1,81 @@
+"""Run-time faults: what stops a task, and where (DESIGN section 4: never silent, with a position)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ldc.diagnostics import Diagnostic, Label
+from ldc.library.faults import DivisionByZero
+from ldc.source import Span
+
+
+class IndexOutOfRange(Exception):
+    """An array index outside the declared bounds (inclusive)."""
+
+    def __init__(self, index: int, low: int, high: int) -> None:
+        self.index, self.low, self.high = index, low, high
+        super().__init__(f"index {index} is outside {low}..{high}")
+
+
+class WatchdogExpired(Exception):
+    """A task made more backward jumps in one execution than its watchdog allows."""
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        super().__init__(f"more than {limit} backward jumps in one execution")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place in the code: the POU, the key of the rung and the number of the instruction in it."""
+
+    pou: str
+    rung: str
+    instruction: int
+    element: int = -1
+    span: Span | None = None
+
+    def __str__(self) -> str:
+        return f"{self.pou}, rung {self.rung}, instruction {self.instruction}"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Why and where a task stopped. ``calls``: the places of the calls that led there, outermost first.
+
+    ``scan`` and ``now_ns`` tell in which execution (time in nanoseconds since the start).
+    """
+
+    code: str
+    message: str
+    help: str
+    task: str
+    place: Place
+    calls: tuple[Place, ...]
+    scan: int
+    now_ns: int
+
+    def diagnostic(self) -> Diagnostic:
+        """The fault as a finding on the rung element that it happened in."""
+        primary = Label(self.place.span, f"in scan {self.scan}") if self.place.span else None
+        called = tuple(Label(p.span, f"called from {p.pou}") for p in self.calls if p.span)
+        where = "" if primary else f" in {self.place}, scan {self.scan}"
+        return Diagnostic(self.code, f"task {self.task} stopped: {self.message}{where}", primary, called, self.help)
+
+
+FAULTS = (DivisionByZero, ZeroDivisionError, IndexOutOfRange, WatchdogExpired)
+
+
+def describe(error: Exception) -> tuple[str, str, str]:
+    """Code, message and help of an exception in ``FAULTS``; other exceptions are bugs, not faults."""
+    match error:
+        case IndexOutOfRange():
+            return ("LD0802", f"array {error}",
+                    "test the index before it is used, or declare the array wide enough")
+        case WatchdogExpired():
+            return ("LD0803", f"watchdog: {error}",
+                    "make sure that the loop ends, or jump forward only and go on in the next scan")
+        case DivisionByZero() | ZeroDivisionError():
+            return ("LD0801", "division by zero",
+                    "test the divisor before, as in `[b <> 0] [a / b > 2]`, or draw the function with ENO")
+    raise TypeError(f"{type(error).__name__} is not a run-time fault")

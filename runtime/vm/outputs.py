@@ -1,0 +1,87 @@
+"""Which outputs a program writes, and the safe values that they take when its task stops."""
+
+from __future__ import annotations
+
+from ldc.expr import Place
+from ldc.il.program import Program, Unit
+from ldc.symbols import Location
+from ldc.types import Array, Instance, Struct, Type, default
+from runtime.values import coerce
+from runtime.vm.layout import Layout
+from runtime.vm.symbols import Symbol, Symbols, UnknownSymbol
+
+_STORES = ("ST", "STN", "S", "R")
+
+
+def safe_states(program: Program, layout: Layout, symbols: Symbols,
+                runs: tuple[int, ...]) -> list[tuple[Symbol, object]]:
+    """The outputs (%Q) that program instances ``runs`` write, each with its safe value.
+
+    Declared ones (``Program.safe``, by address or path) take that value, others FALSE or 0.
+    """
+    declared = {}
+    for path, value in program.safe:
+        try:
+            symbol = symbols.find(path)
+        except UnknownSymbol:
+            continue
+        declared[symbol.home, symbol.keys, symbol.bit] = coerce(value, symbol.type)
+    written: set[tuple[int | None, str]] = set()
+    for number in runs:
+        _written(layout, layout.units[layout.programs[number][0].pou.upper()], number, written, set())
+    found = []
+    for number, name in written:
+        if number is not None:
+            root = layout.programs[number][1].get(name)
+        elif name[0] == "%":
+            root = layout.direct.get(str(Location.parse(name)))
+        else:
+            root = layout.globals.get(name)
+        if root is not None and root.variable.location is not None and root.variable.location.area == "Q":
+            found += [s for s in symbols.of(root)]
+    return [(s, declared.get((s.home, s.keys, s.bit), default(s.type))) for s in found]
+
+
+def _written(layout: Layout, unit: Unit, number: int | None, found: set[tuple[int | None, str]],
+             seen: set[str]) -> None:
+    """Roots that the unit stores to; in function blocks and functions only globals matter."""
+    external = {v.name.upper() for v in unit.variables if v.kind == "external"}
+    for rung in unit.rungs:
+        for instr in rung.code:
+            places = [place for _, place in instr.outputs]
+            if instr.op in _STORES:
+                places.append(instr.operand)
+            for place in places:
+                _add(place, number, external, found)
+            if instr.op == "FN":
+                _enter(layout, instr.name.upper(), found, seen)
+    for variable in unit.variables:
+        for pou in _blocks(variable.type):
+            _enter(layout, pou.upper(), found, seen)
+
+
+def _add(place: Place, number: int | None, external: set[str], found: set[tuple[int | None, str]]) -> None:
+    name = place.root.upper()
+    if place.is_global or name in external:
+        found.add((None, name))
+    elif number is not None:
+        found.add((number, name))
+
+
+def _enter(layout: Layout, name: str, found: set[tuple[int | None, str]], seen: set[str]) -> None:
+    unit = layout.units.get(name)
+    if unit is not None and name not in seen:
+        seen.add(name)
+        _written(layout, unit, None, found, seen)
+
+
+def _blocks(type_: Type) -> list[str]:
+    """The function blocks that a variable of the type holds."""
+    match type_:
+        case Instance(pou=pou):
+            return [pou]
+        case Array(element=element):
+            return _blocks(element)
+        case Struct(fields=fields):
+            return [pou for f in fields for pou in _blocks(f.type)]
+    return []

@@ -1,0 +1,229 @@
+"""Symbol paths of a running machine: ``conveyor.warm.Q``, ``a[3]``, ``%QX0.0``, ``word.15``, in any case.
+
+The name of the program instance may be left out when there is a single one (DESIGN section 8).
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ldc.symbols import Location, Variable
+from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
+from runtime.vm.layout import Cell, Home, Layout, Root, slot
+from runtime.vm.memory import read, write
+from runtime.vm.names import strides
+
+_TOKEN = re.compile(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
+Key = str | int
+
+
+class UnknownSymbol(LookupError):
+    """No variable of that path; the message names near ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """One scalar of the machine. ``keys``: attribute names and flat indexes from the root to it;
+    ``bit``: one bit of a bit string; ``area``: I Q M when located."""
+
+    path: str
+    type: Type
+    home: Home
+    keys: tuple[Key, ...] = ()
+    bit: int | None = None
+    area: str = ""
+
+    def get(self, namespace: dict[str, object]):
+        """The value now, as the machine keeps it."""
+        value = read(namespace, self.home)
+        for key in self.keys:
+            value = getattr(value, key) if isinstance(key, str) else value[key]
+        return value if self.bit is None else bool(value >> self.bit & 1)
+
+    def set(self, namespace: dict[str, object], value) -> None:
+        """Writes a value that is already one of the machine's (see ``runtime.values.coerce``)."""
+        if self.bit is not None:
+            whole = Symbol(self.path, BOOL, self.home, self.keys)
+            old = whole.get(namespace)
+            value = old | 1 << self.bit if value else old & ~(1 << self.bit)
+        if not self.keys:
+            write(namespace, self.home, value)
+            return
+        owner = read(namespace, self.home)
+        for key in self.keys[:-1]:
+            owner = getattr(owner, key) if isinstance(key, str) else owner[key]
+        last = self.keys[-1]
+        if isinstance(last, str):
+            setattr(owner, last, value)
+        else:
+            owner[last] = value
+
+
+class Symbols:
+    """Finds symbols by path, and lists them."""
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._found: dict[str, Symbol] = {}
+        self._addresses: dict[str, Root] = {}
+        for root in layout.roots():
+            if root.variable.location is not None:
+                self._addresses.setdefault(str(root.variable.location), root)
+        self._addresses |= layout.direct
+
+    def find(self, path: str) -> Symbol:
+        """The scalar of that path. Raises UnknownSymbol, also for arrays, structures and instances."""
+        key = path.strip().upper()
+        if key not in self._found:
+            self._found[key] = self._find(path.strip())
+        return self._found[key]
+
+    def _find(self, path: str) -> Symbol:
+        if path.startswith("%"):
+            at = Location.parse(path)
+            root = self._addresses.get(str(at)) if at else None
+            if root is None:
+                raise UnknownSymbol(f"the program has nothing at {path}")
+            return self._walk(path, root, [])
+        tokens, end = [], 0
+        for match in _TOKEN.finditer(path):
+            if match.start() != end:
+                break
+            tokens.append(match[1] or (int(match[2]) if match[2] else [int(i) for i in match[3].split(",")]))
+            end = match.end()
+        if end != len(path) or not tokens or not isinstance(tokens[0], str):
+            raise UnknownSymbol(f"`{path}` is no name of a variable")
+        failed = None
+        for root, rest in self._starts(tokens):
+            try:
+                return self._walk(path, root, rest)
+            except UnknownSymbol as error:
+                failed = failed or error
+        if failed:
+            raise failed
+        near = difflib.get_close_matches(path.upper(), self._names(), 1)
+        hint = f", did you mean `{near[0]}`?" if near else ""
+        raise UnknownSymbol(f"no variable `{path}`{hint}")
+
+    def _starts(self, tokens: list) -> Iterator[tuple[Root, list]]:
+        first = tokens[0].upper()
+        for run, table in self._layout.programs:
+            if run.name.upper() == first and len(tokens) > 1 and isinstance(tokens[1], str):
+                root = table.get(tokens[1].upper())
+                if root:
+                    yield root, tokens[2:]
+        if len(self._layout.programs) == 1 and first in self._layout.programs[0][1]:
+            yield self._layout.programs[0][1][first], tokens[1:]
+        if first in self._layout.globals:
+            yield self._layout.globals[first], tokens[1:]
+
+    def _names(self) -> list[str]:
+        single = len(self._layout.programs) == 1
+        names = [*self._layout.globals]
+        for run, table in self._layout.programs:
+            names += [name if single else f"{run.name.upper()}.{name}" for name in table
+                      if not name.startswith("_LDC_")]
+        return names
+
+    def _walk(self, path: str, root: Root, rest: list) -> Symbol:
+        type_, keys, bit = root.variable.type, [], None
+        for token in rest:
+            if isinstance(token, list) and isinstance(type_, Array):
+                keys.append(_offset(path, type_, token))
+                type_ = type_.element
+            elif isinstance(token, str):
+                type_ = self._member(path, type_, token)
+                keys.append(slot(token))
+            elif isinstance(token, int) and bit is None and _is_bits(type_) and token < storage(type_).bits:
+                bit, type_ = token, BOOL
+            else:
+                raise UnknownSymbol(f"`{path}`: a value of {type_} has no such part")
+        if not is_scalar(type_):
+            raise UnknownSymbol(f"`{path}` is a whole {type_}: name one value in it")
+        location = root.variable.location
+        return Symbol(path, type_, root.home, tuple(keys), bit, location.area if location else "")
+
+    def _member(self, path: str, type_: Type, name: str) -> Type:
+        names = []
+        for member, of in self._members(type_):
+            if member.upper() == name.upper():
+                return of
+            names.append(member.upper())
+        near = difflib.get_close_matches(name.upper(), names, 1)
+        hint = f", did you mean `{near[0]}`?" if near else ""
+        raise UnknownSymbol(f"`{path}`: {type_} has no `{name}`{hint}")
+
+    def _members(self, type_: Type) -> list[tuple[str, Type]]:
+        match type_:
+            case Struct(fields=fields):
+                return [(f.name, f.type) for f in fields]
+            case Instance(pou=pou):
+                return [(v.name, v.type) for v in self._layout.units[pou.upper()].variables if has_state(v)]
+        return []
+
+    def all(self, hidden: bool = False) -> Iterator[Symbol]:
+        """Every scalar with state, in declared order; ``hidden``: the compiler's memories too."""
+        for root in self._layout.roots():
+            if hidden or root.variable.kind != "hidden":
+                yield from self.of(root, hidden)
+
+    def of(self, root: Root, hidden: bool = False) -> Iterator[Symbol]:
+        """The scalars of one root variable."""
+        location = root.variable.location
+        area = location.area if location else ""
+        yield from self._leaves(root.path, root.variable.type, root.home, (), area, hidden)
+
+    def _leaves(self, path: str, type_: Type, home: Home, keys: tuple[Key, ...], area: str,
+                hidden: bool) -> Iterator[Symbol]:
+        if is_scalar(type_):
+            yield Symbol(path, type_, home, keys, None, area)
+        elif isinstance(type_, Array):
+            for offset, index in enumerate(_indexes(type_)):
+                yield from self._leaves(f"{path}[{index}]", type_.element, home, (*keys, offset), area, hidden)
+        elif isinstance(type_, Struct):
+            for f in type_.fields:
+                yield from self._leaves(f"{path}.{f.name}", f.type, home, (*keys, slot(f.name)), area, hidden)
+        else:
+            for v in self._layout.units[type_.pou.upper()].variables:
+                if has_state(v) and (hidden or v.kind != "hidden"):
+                    yield from self._leaves(f"{path}.{v.name}", v.type, home, (*keys, slot(v.name)), area, hidden)
+
+
+def has_state(variable: Variable) -> bool:
+    """Whether the variable is kept between two executions."""
+    return variable.kind not in ("temp", "external")
+
+
+def is_cell(symbol: Symbol) -> bool:
+    """Whether the symbol is one entry of the namespace, which bulk reads and writes take directly."""
+    return isinstance(symbol.home, Cell) and not symbol.keys and symbol.bit is None
+
+
+def _is_bits(type_: Type) -> bool:
+    kind = storage(type_)
+    return isinstance(kind, Elementary) and kind.kind == "bits"
+
+
+def _indexes(type_: Array) -> Iterator[str]:
+    counts = [low for low, _ in type_.bounds]
+    for _ in range(type_.count):
+        yield ",".join(map(str, counts))
+        for i in range(len(counts) - 1, -1, -1):
+            counts[i] += 1
+            if counts[i] <= type_.bounds[i][1]:
+                break
+            counts[i] = type_.bounds[i][0]
+
+
+def _offset(path: str, type_: Array, indexes: list[int]) -> int:
+    if len(indexes) != len(type_.bounds):
+        raise UnknownSymbol(f"`{path}`: {type_} takes {len(type_.bounds)} indexes")
+    total = 0
+    for index, (low, high), stride in zip(indexes, type_.bounds, strides(type_.bounds), strict=True):
+        if not low <= index <= high:
+            raise UnknownSymbol(f"`{path}`: {index} is outside {low}..{high}")
+        total += (index - low) * stride
+    return total
