@@ -1,0 +1,48 @@
+"""`ldc fmt`: .ld sources in their one canonical form."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ldc.cli.compiling import read
+from ldc.cli.console import OK, WRONG, report, say
+from ldc.cli.output import write_file
+from ldc.diagnostics import Diagnostics
+from ldc.parser import parse_file
+from ldc.parser.format import format_file
+from ldc.render import plural
+
+
+def run(options: argparse.Namespace) -> int:
+    """Files with syntax errors are reported and left as they are; the others are still formatted."""
+    diagnostics = Diagnostics()
+    changed = total = 0
+    for source in read(options.sources).files:
+        if not source.path.lower().endswith(".ld"):
+            continue
+        total += 1
+        own = Diagnostics()
+        file = parse_file(source, own)
+        diagnostics.extend(own)
+        if own.has_errors:
+            continue
+        # What is on the disk counts: line ends and a byte order mark are brought into form as well.
+        path, data = Path(source.path), format_file(file).encode("utf-8")
+        if path.read_bytes() == data:
+            continue
+        changed += 1
+        say(f"{'would reformat' if options.check else 'reformatted'} {source.path}")
+        if not options.check:
+            write_file(path, data)
+    status = report(d for d in diagnostics if d.severity == "error")
+    say(_summary(changed, total, options.check))
+    return WRONG if options.check and changed else status
+
+
+def _summary(changed: int, total: int, check: bool) -> str:
+    if not total:
+        return "no .ld files to format"
+    if not changed:
+        return f"{plural(total, 'file')} in canonical form" if total > 1 else "1 file, in canonical form"
+    return f"{plural(changed, 'file')} of {total} {'would change' if check else 'changed'}"
