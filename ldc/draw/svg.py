@@ -1,0 +1,225 @@
+"""Rungs as self-contained SVG: crisp lines, light and dark, no font files, no scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from xml.sax.saxutils import escape, quoteattr
+
+from ldc.draw.arrange import Arrangement, arrange
+from ldc.draw.labels import BlockPins, Options, fold, notes_of, shorten, standard_pins, text_width
+from ldc.draw.shapes import Arrow, Box, Dot, Drawing, Label, Rail, Shape, Symbol, Wire
+from ldc.draw.sheet import heading_of, sheet_of
+from ldc.draw.style import CSS
+from ldc.draw.wrap import bands
+from ldc.parser import ast
+from ldc.source import Span
+
+CELL, LINE, EDGE = 8, 18, 16
+"""Pixels: a column (a 13 px font advances 7.8), a line, the margin around the picture."""
+ANCHOR = {"start": -3, "middle": 0, "end": 3}
+HAIR = 5
+"""How much an expression's frame is drawn inside its cells."""
+
+
+def rung_svg(
+    rung: ast.Rung, *, width: int = 120, number: int | None = None, fill: int = 0,
+    pins_of: Callable[[ast.Block], BlockPins | None] = standard_pins,
+    notes: Mapping[str, tuple[str, ...]] | None = None, mark: Mapping[Span, str] | None = None,
+    power: Callable[[ast.Item, str | None], bool | None] | None = None,
+) -> str:
+    """The rung as an SVG document; ``width`` is counted in columns of 8 px, the rest is as in
+    ``ldc.draw.rung_text``."""
+    page = _Page(Options(width, pins_of, notes or {}, mark or {}, power))
+    page.rung(rung, number, arrange(rung, page.options), fill)
+    return page.document(heading_of(rung, number) or "Rung", rung.span.text)
+
+
+def pou_svg(
+    pou: ast.Pou, *, comments: Iterable[ast.Comment] = (), width: int = 120,
+    pins_of: Callable[[ast.Block], BlockPins | None] = standard_pins, addresses: bool = True,
+    power: Callable[[ast.Item, str | None], bool | None] | None = None,
+) -> str:
+    """All rungs of a ladder POU under each other, with numbers, titles and comments."""
+    return project_svg(
+        (pou,), comments=comments, width=width, pins_of=pins_of, addresses=addresses, power=power
+    )
+
+
+def project_svg(
+    pous: Iterable[ast.Pou], *, comments: Iterable[ast.Comment] = (), width: int = 120,
+    pins_of: Callable[[ast.Block], BlockPins | None] = standard_pins, addresses: bool = True,
+    power: Callable[[ast.Item, str | None], bool | None] | None = None,
+) -> str:
+    """Several POUs in one document. POUs in other languages are left out, as they have no drawing."""
+    comments = tuple(comments)
+    page = _Page(Options(width, pins_of, {}, {}, power))
+    ladders = [pou for pou in pous if isinstance(pou.body, ast.LadderBody)]
+    for pou in ladders:
+        notes = notes_of(pou, comments) if addresses else {}
+        page.options = Options(width, pins_of, notes, {}, power)
+        sheet = sheet_of(pou, comments, page.options)
+        page.title(sheet.heading)
+        for entry in sheet.entries:
+            page.comments(entry.comments)
+            page.rung(entry.rung, entry.number, entry.found, sheet.fill)
+    about = "; ".join(f"{pou.name}: {len(pou.body.rungs)} rungs" for pou in ladders)
+    return page.document(", ".join(pou.name for pou in ladders) or "No ladder", about)
+
+
+class _Page:
+    """Grows downwards; keeps what was drawn as text."""
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self.out: list[str] = []
+        self.top = EDGE
+        self.width = 20 * CELL
+
+    def title(self, text: str) -> None:
+        self.write(text, "ldc-pou", 20)
+        self.top += 12
+
+    def comments(self, comments: tuple[str, ...]) -> None:
+        for comment in comments:
+            for line in fold(comment, max(self.options.width, 20), 1000):
+                self.write(line, "ldc-comment", LINE)
+
+    def write(self, text: str, style: str, height: int) -> None:
+        shown = shorten(text, self.options.width)
+        self.width = max(self.width, text_width(shown) * CELL)
+        full = f"<title>{escape(_clean(text))}</title>" if shown != text else ""
+        self.out.append(
+            f'<text class="{style}" x="{EDGE}" y="{self.top + height - 5}">{full}{escape(_clean(shown))}</text>'
+        )
+        self.top += height
+
+    def rung(self, rung: ast.Rung, number: int | None, found: Arrangement, fill: int) -> None:
+        self.heading(rung, number)
+        for band in bands(found, self.options, fill):
+            _Band(self.out, self.top).draw(band)
+            self.top += band.height * LINE
+            self.width = max(self.width, band.width * CELL)
+        self.top += LINE
+
+    def heading(self, rung: ast.Rung, number: int | None) -> None:
+        parts = [(str(number), "ldc-number")] if number is not None else []
+        parts += [(text, style) for text, style in ((rung.name, "ldc-rung"), (rung.title, "ldc-title")) if text]
+        x = EDGE
+        for text, style in parts:
+            shown = shorten(text, max(8, self.options.width - (x - EDGE) // CELL))
+            full = f"<title>{escape(_clean(text))}</title>" if shown != text else ""
+            self.out.append(
+                f'<text class="{style}" x="{x}" y="{self.top + 13}">{full}{escape(_clean(shown))}</text>'
+            )
+            x += (text_width(shown) + 2) * CELL
+        if parts:
+            self.width = max(self.width, x - EDGE)
+            self.top += LINE + 6
+
+    def document(self, title: str, about: str) -> str:
+        width, height = self.width + 2 * EDGE, self.top
+        head = (
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="ldc" role="img" width="{width}" '
+            f'height="{height}" viewBox="0 0 {width} {height}">'
+        )
+        named = f"<title>{escape(_clean(title))}</title>\n<desc>{escape(_clean(about))}</desc>"
+        paper = f'<rect class="ldc-paper" width="{width}" height="{height}"/>'
+        return "\n".join((head, named, f"<style>{CSS}</style>", paper, *self.out, "</svg>", ""))
+
+
+class _Band:
+    """Draws shapes, ``top`` pixels down the page."""
+
+    def __init__(self, out: list[str], top: int) -> None:
+        self.out, self.top = out, top
+
+    def x(self, column: float) -> int:
+        return EDGE + int(column * CELL) + CELL // 2
+
+    def y(self, line: int) -> int:
+        return self.top + line * LINE + LINE // 2
+
+    def draw(self, drawing: Drawing) -> None:
+        order = (Wire, Rail, Box, Symbol, Dot, Arrow, Label)
+        for shape in sorted(drawing.shapes, key=lambda s: order.index(type(s))):
+            self.shape(shape)
+
+    def shape(self, shape: Shape) -> None:
+        match shape:
+            case Wire(x1, y1, x2, y2, on):
+                if (x1, y1) != (x2, y2):
+                    self.path("ldc-wire", on, f"M{self.x(x1)} {self.y(y1)}L{self.x(x2)} {self.y(y2)}")
+            case Rail(x, y1, y2, local):
+                reach = LINE // 2
+                style = "ldc-rail ldc-local" if local else "ldc-rail"
+                self.path(style, None, f"M{self.x(x)} {self.y(y1) - reach}V{self.y(y2) + reach}")
+            case Box():
+                self.box(shape)
+            case Symbol():
+                self.symbol(shape)
+            case Dot(x, y, on):
+                self.out.append(f'<circle class="{_style("ldc-dot", on)}" cx="{self.x(x)}" cy="{self.y(y)}" r="3"/>')
+            case Arrow(x, y, number, out, on):
+                left, middle = self.x(x) - 4, self.y(y)
+                self.path("ldc-arrow", on, f"M{left} {middle - 5}L{left + 8} {middle}L{left} {middle + 5}Z")
+                text_x, anchor = (left + 11, "start") if out else (left - 3, "end")
+                self.out.append(
+                    f'<text class="ldc-next" x="{text_x}" y="{middle + 4}" text-anchor="{anchor}">{number}</text>'
+                )
+            case Label():
+                self.label(shape)
+
+    def path(self, style: str, on: bool | None, data: str, mark: str | None = None) -> None:
+        self.out.append(f'<path class="{_style(style, on, mark)}" d="{data}"/>')
+
+    def box(self, box: Box) -> None:
+        x, y = self.x(box.x), self.y(box.y)
+        width, height = (box.width - 1) * CELL, (box.height - 1) * LINE
+        if box.kind == "expression":
+            y, height = y + HAIR, height - 2 * HAIR
+        self.out.append(
+            f'<rect class="{_style("ldc-box ldc-" + box.kind, box.on, box.mark)}" x="{x}" y="{y}" '
+            f'width="{width}" height="{height}" rx="3"><title>{escape(_clean(box.full))}</title></rect>'
+        )
+        if box.kind == "block":
+            self.path("ldc-rule", box.on, f"M{x + 1} {y + 27}H{x + width - 1}", box.mark)
+
+    def symbol(self, symbol: Symbol) -> None:
+        x, y, modifier = self.x(symbol.x), self.y(symbol.y), symbol.modifier
+        self.out.append(f'<g class="{_style("ldc-symbol", symbol.on, symbol.mark)}">')
+        self.out.append(f"<title>{escape(_clean(symbol.full))}</title>")
+        self.out.append(f'<rect class="ldc-back" x="{x - 12}" y="{y - 12}" width="24" height="24" rx="4"/>')
+        if symbol.kind == "contact":
+            self.out.append(f'<path d="M{x - 8} {y - 10}V{y + 10}M{x + 8} {y - 10}V{y + 10}"/>')
+        else:
+            self.out.append(
+                f'<path d="M{x - 4} {y - 9}a12.125 12.125 0 0 0 0 18M{x + 4} {y - 9}a12.125 12.125 0 0 1 0 18"/>'
+            )
+        if modifier == "/":
+            reach = 6 if symbol.kind == "contact" else 4
+            self.out.append(f'<path d="M{x - reach} {y + 8}L{x + reach} {y - 8}"/>')
+        elif modifier:
+            self.out.append(f'<text x="{x}" y="{y + 4}" text-anchor="middle">{escape(modifier)}</text>')
+        self.out.append("</g>")
+
+    def label(self, label: Label) -> None:
+        if label.role == "caret":
+            return
+        x, y = self.x(label.x) + ANCHOR[label.anchor], self.y(label.y) + 4
+        full = f"<title>{escape(_clean(label.full))}</title>" if label.full else ""
+        anchor = "" if label.anchor == "start" else f" text-anchor={quoteattr(label.anchor)}"
+        style = _style("ldc-" + ("text" if label.role == "expression" else label.role), label.on, label.mark)
+        self.out.append(f'<text class="{style}" x="{x}" y="{y}"{anchor}>{full}{escape(_clean(label.text))}</text>')
+
+
+def _style(base: str, on: bool | None, mark: str | None = None) -> str:
+    """Class names; a mark says more than power."""
+    if mark:
+        return f"{base} ldc-mark-{''.join(c for c in mark if c.isalnum() or c in '-_')}"
+    return base if on is None else f"{base} ldc-on" if on else f"{base} ldc-off"
+
+
+def _clean(text: str) -> str:
+    """Without the characters that XML does not know."""
+    return "".join(c if c in "\t\n" or " " <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd" or c > "\uffff"
+                   else "\ufffd" for c in text)
