@@ -1,0 +1,121 @@
+"""Operands of IL text: names and literals become typed places and constants."""
+
+from __future__ import annotations
+
+import re
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Apply, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.il import findings
+from ldc.model import expressions
+from ldc.model.project import Pou
+from ldc.model.values import AnyEnum, Untyped
+from ldc.parser import ast
+from ldc.parser import parse_expression
+from ldc.source import Span
+from ldc.types import Instance, Type
+
+Operand = Place | Const | Untyped | AnyEnum
+
+_NAME = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\Z", re.ASCII)
+_WORDS = frozenset(("TRUE", "FALSE", "NOT", "AND", "OR", "XOR", "MOD"))
+
+
+class Operands:
+    """Reads the operands of one POU. What was resolved once is looked up by its text afterwards."""
+
+    def __init__(self, pou: Pou, scope, diagnostics: Diagnostics) -> None:
+        self.source = pou.body.span.source
+        self.scope = scope
+        self.diagnostics = diagnostics
+        self._read: dict[tuple[str, bool], Operand] = {}
+
+    def span(self, start: int, end: int) -> Span:
+        return Span(self.source, start, end)
+
+    def value(self, start: int, end: int, hint: Type | None = None) -> Operand | None:
+        """What stands at these offsets, to be read; None after an error. ``hint``: the type that the
+        context would like, for names of enumeration values."""
+        text = self.source.text[start:end]
+        known = self._read.get((text, False))
+        if known is not None:
+            return known
+        node = self._parse(text, start, end)
+        if node is None:
+            return None
+        scratch = Diagnostics()
+        found = expressions.value(self.scope, node, hint, scratch)
+        if found is None:
+            found = self._in_out(node)
+            if found is None:
+                self.diagnostics.extend(scratch)
+                return None
+        match found:
+            case Load(place):
+                found = place
+            case Apply():
+                findings.not_simple(self.diagnostics, node.span, "an operand")
+                return None
+        return self._keep(text, False, found, node.span)
+
+    def place(self, start: int, end: int, write: bool) -> Place | None:
+        """The variable at these offsets; with ``write`` one that may be written."""
+        text = self.source.text[start:end]
+        known = self._read.get((text, write))
+        if isinstance(known, Place):
+            return known
+        node = self._parse(text, start, end)
+        if node is None:
+            return None
+        scratch = Diagnostics()
+        found = self.scope.place(node, scratch, write=write)
+        if found is None:
+            found = self._in_out(node)
+            if found is None:
+                self.diagnostics.extend(scratch)
+                return None
+        return self._keep(text, write, found, node.span)
+
+    def _keep(self, text: str, write: bool, found: Operand, span: Span) -> Operand | None:
+        if isinstance(found, Place) and not simple(found):
+            findings.not_simple(self.diagnostics, span, "an index")
+            return None
+        if not isinstance(found, AnyEnum):
+            self._read[text, write] = found
+        return found
+
+    def _parse(self, text: str, start: int, end: int) -> ast.Expr | None:
+        if _NAME.match(text) is None or text.upper() in _WORDS:
+            return parse_expression(self.source, start, end, self.diagnostics)
+        names = text.split(".")
+        at = start + len(names[0])
+        node: ast.Expr = ast.Name(names[0], self.span(start, at))
+        for name in names[1:]:
+            at += 1 + len(name)
+            node = ast.Member(node, name, self.span(start, at))
+        return node
+
+    def _in_out(self, node: ast.Expr) -> Place | None:
+        """``instance.pin`` of a VAR_IN_OUT, which only IL names: it is copied before and after the call."""
+        if not isinstance(node, ast.Member):
+            return None
+        base = self.scope.place(node.base, Diagnostics())
+        if base is None or not isinstance(base.type, Instance):
+            return None
+        signature = self.scope.signature(base.type.pou)
+        pin = next((p for p in signature.in_outs if p.name.upper() == node.name.upper()), None)
+        return None if pin is None else member(base, pin.name, pin.type, node.span)
+
+
+def member(instance: Place, pin: str, type_: Type, span: Span | None = None) -> Place:
+    """The place of a pin of an instance."""
+    return Place(instance.root, type_, (*instance.steps, FieldStep(pin)), instance.is_global, span)
+
+
+def simple(place: Place) -> bool:
+    """Whether every index is a constant or a variable, as IL asks for."""
+    return all(_simple_index(i) for step in place.steps if isinstance(step, IndexStep) for i in step.indexes)
+
+
+def _simple_index(index: Expr) -> bool:
+    return isinstance(index, Const) or isinstance(index, Load) and simple(index.place)
