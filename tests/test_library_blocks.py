@@ -111,7 +111,8 @@ def test_no_delay_at_all(preset):
 
 
 def test_on_delay_follows_a_changed_preset():
-    seen = trace("TON", (0, 1, 20 * MS), (20, 1, 20 * MS), (25, 1, 40 * MS), (40, 1, 40 * MS), (50, 1, 5 * MS))
+    seen = trace("TON", (0, 1, 20 * MS), (20, 1, 20 * MS), (25, 1, 40 * MS), (40, 1, 40 * MS),
+                 (50, 1, 5 * MS))
     assert seen == [(False, 0), (True, 20), (False, 25), (True, 40), (True, 5)]
 
 

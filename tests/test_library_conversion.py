@@ -101,8 +101,8 @@ def test_a_real_and_the_bit_string_of_its_width_are_one_pattern():
 
 
 @pytest.mark.parametrize("name", [
-    "REAL_TO_WORD", "LREAL_TO_DWORD", "WORD_TO_REAL", "BOOL_TO_TIME", "TIME_TO_DATE", "DT_TO_TIME", "INT_TO_INT",
-    "REAL_TO_DT", "DATE_TO_TOD", "BOOL_TO_DATE",
+    "REAL_TO_WORD", "LREAL_TO_DWORD", "WORD_TO_REAL", "BOOL_TO_TIME", "TIME_TO_DATE", "DT_TO_TIME",
+    "INT_TO_INT", "REAL_TO_DT", "DATE_TO_TOD", "BOOL_TO_DATE",
 ])
 def test_conversions_that_make_no_sense_do_not_exist(name):
     assert functions.lookup(name) is None
@@ -144,18 +144,21 @@ def test_bad_bcd_is_zero():
 
 
 @pytest.mark.parametrize(("type_", "value", "text"), [
-    (BOOL, True, "TRUE"), (BOOL, False, "FALSE"), (SINT, -128, "-128"), (ULINT, 2**64 - 1, "18446744073709551615"),
+    (BOOL, True, "TRUE"), (BOOL, False, "FALSE"), (SINT, -128, "-128"),
+    (ULINT, 2**64 - 1, "18446744073709551615"),
     (WORD, 0xBEEF, "16#BEEF"), (LWORD, 0, "16#0"),
     (REAL, 0.0, "0.0"), (REAL, -0.0, "-0.0"), (REAL, 1.0, "1.0"), (REAL, 0.1, "0.1"), (REAL, -2.5, "-2.5"),
     (REAL, 16777216.0, "16777216.0"), (REAL, 1e-5, "1.0e-05"), (REAL, 1.25e-4, "0.000125"),
-    (REAL, 3.4028234663852886e38, "3.4028235e+38"), (REAL, 1e-45, "1.0e-45"), (REAL, 1e15, "1000000000000000.0"),
+    (REAL, 3.4028234663852886e38, "3.4028235e+38"), (REAL, 1e-45, "1.0e-45"),
+    (REAL, 1e15, "1000000000000000.0"),
     (REAL, 1e16, "1.0e+16"), (REAL, 123456.789, "123456.79"), (REAL, INF, "inf"), (REAL, -INF, "-inf"),
     (REAL, NAN, "nan"), (LREAL, 0.1, "0.1"), (LREAL, 1 / 3, "0.3333333333333333"), (LREAL, 1e100, "1.0e+100"),
     (LREAL, 5e-324, "5.0e-324"), (LREAL, 0.1 + 0.2, "0.30000000000000004"),
     (TIME, 0, "T#0ms"), (TIME, 1_500 * MS, "T#1s500ms"), (TIME, -(DAY + 3600 * S), "T#-1d1h"),
     (TIME, 61_000_001_001, "T#1m1s1us1ns"), (TIME, -(2**63), "T#-106751d23h47m16s854ms775us808ns"),
     (DATE, 0, "D#1970-01-01"), (DATE, 11016, "D#2000-02-29"), (DATE, 2**32 - 1, "D#11761191-01-20"),
-    (TOD, 0, "TOD#00:00:00"), (TOD, 3_723_450 * MS, "TOD#01:02:03.45"), (TOD, DAY - 1, "TOD#23:59:59.999999999"),
+    (TOD, 0, "TOD#00:00:00"), (TOD, 3_723_450 * MS, "TOD#01:02:03.45"),
+    (TOD, DAY - 1, "TOD#23:59:59.999999999"),
     (DT, 951_782_400 * S + 1, "DT#2000-02-29-00:00:00.000000001"),
 ])
 def test_texts_of_values_and_back(type_, value, text):
@@ -215,7 +218,8 @@ def test_dates_are_those_of_the_calendar(moment, nanoseconds):
     (TIME, ("", "T#", "5", "1ms1s", "1.5s1ms", "1s1s", "T#300000d", "-T#1s")),
     (DATE, ("", "2000-02-30", "1969-12-31", "2000-13-01", "D#0000-01-01")),
     (TOD, ("24:00:00", "12:60", "12", "1:2:3.")),
-    (DT, ("2000-01-01", "2000-01-01-", "2000-01-01-TOD#00:00:00", "2000-02-30-00:00:00", "2600-01-01-00:00:00")),
+    (DT, ("2000-01-01", "2000-01-01-", "2000-01-01-TOD#00:00:00", "2000-02-30-00:00:00",
+          "2600-01-01-00:00:00")),
 ])
 def test_text_that_is_no_value_of_the_type_gives_the_initial_value(type_, texts):
     for text in texts:
@@ -224,7 +228,8 @@ def test_text_that_is_no_value_of_the_type_gives_the_initial_value(type_, texts)
 
 @pytest.mark.parametrize(("type_", "text", "value"), [
     (INT, "+1_000", 1000), (INT, "000" * 3000 + "7", 7), (BYTE, "2#1111_0000", 0xF0), (UINT, "8#17", 15),
-    (DINT, "16#ff", 255), (BOOL, "1", True), (REAL, "1e400", INF), (REAL, "5", 5.0), (LREAL, "1_0.5E-1", 1.05),
+    (DINT, "16#ff", 255), (BOOL, "1", True), (REAL, "1e400", INF), (REAL, "5", 5.0),
+    (LREAL, "1_0.5E-1", 1.05),
     (TIME, "TIME#1.5s", 1_500 * MS), (TIME, "1d_2h", 26 * 3600 * S), (TIME, "t#-90m", -5400 * S),
     (TIME, "0.0000000001s", 0), (TOD, "12:30", 45_000 * S), (DATE, "DATE#1970-1-2", 1),
 ])

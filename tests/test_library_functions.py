@@ -311,12 +311,14 @@ def test_extensible_real_sums_are_rounded_at_each_step():
     ("LOG", 1000.0, 3.0), ("LOG", 0.0, -INF), ("LOG", -1.0, NAN), ("LN", NAN, NAN),
     ("EXP", 0.0, 1.0), ("EXP", 1e9, INF), ("EXP", -1e9, 0.0), ("EXP", -INF, 0.0),
     ("SIN", 0.0, 0.0), ("SIN", INF, NAN), ("COS", 0.0, 1.0), ("COS", -INF, NAN), ("TAN", INF, NAN),
-    ("TAN", 0.0, 0.0), ("ASIN", 1.0, math.pi / 2), ("ASIN", 1.5, NAN), ("ACOS", 1.0, 0.0), ("ACOS", -2.0, NAN),
+    ("TAN", 0.0, 0.0), ("ASIN", 1.0, math.pi / 2), ("ASIN", 1.5, NAN), ("ACOS", 1.0, 0.0),
+    ("ACOS", -2.0, NAN),
     ("ATAN", INF, math.pi / 2), ("ATAN", -1.0, -math.pi / 4), ("ABS", -1.5, 1.5), ("ABS", -INF, INF),
 ])
 def test_functions_of_one_real(name, value, expected):
     assert same(call(name, (LREAL, value)), expected)
-    assert same(call(name, (REAL, single(value))), single(functions.meaning(name, (LREAL,), LREAL)(single(value))))
+    double = call(name, (LREAL, single(value)))
+    assert same(call(name, (REAL, single(value))), single(double))
 
 
 @pytest.mark.parametrize(("base", "exponent", "expected"), [
@@ -432,7 +434,8 @@ def test_comparisons_of_other_types():
     ("INSERT", (b"ABC", b"XY", 2), b"ABXYC"), ("INSERT", (b"ABC", b"X", 0), b"XABC"),
     ("INSERT", (b"ABC", b"X", -5), b"XABC"), ("INSERT", (b"ABC", b"X", 3), b"ABCX"),
     ("INSERT", (b"ABC", b"X", 9), b"ABCX"),
-    ("DELETE", (b"ABXYC", 2, 3), b"ABC"), ("DELETE", (b"ABC", 9, 2), b"A"), ("DELETE", (b"ABC", 1, 4), b"ABC"),
+    ("DELETE", (b"ABXYC", 2, 3), b"ABC"), ("DELETE", (b"ABC", 9, 2), b"A"),
+    ("DELETE", (b"ABC", 1, 4), b"ABC"),
     ("DELETE", (b"ABC", 1, 0), b"ABC"), ("DELETE", (b"ABC", -1, 1), b"ABC"),
     ("REPLACE", (b"ABCDE", b"X", 2, 3), b"ABXE"), ("REPLACE", (b"ABC", b"XY", 0, 2), b"AXYBC"),
     ("REPLACE", (b"ABC", b"X", 9, 3), b"ABX"), ("REPLACE", (b"ABC", b"X", 1, 4), b"ABC"),
@@ -479,7 +482,8 @@ def test_strings_are_cut_to_the_type_of_the_result():
     ("DIVTIME", ((TIME, -1), (REAL, 1e-30)), -(2**63)),
     ("CONCAT_DATE_TOD", ((DATE, 3), (TOD, 5)), 3 * DAY + 5),
     ("DT_TO_DATE", ((DT, 3 * DAY + 5),), 3), ("DT_TO_TOD", ((DT, 3 * DAY + 5),), 5),
-    ("DATE_TO_DT", ((DATE, 3),), 3 * DAY), ("TIME_TO_TOD", ((TIME, -S),), DAY - S), ("TOD_TO_TIME", ((TOD, S),), S),
+    ("DATE_TO_DT", ((DATE, 3),), 3 * DAY), ("TIME_TO_TOD", ((TIME, -S),), DAY - S),
+    ("TOD_TO_TIME", ((TOD, S),), S),
 ])
 def test_time_functions(name, arguments, expected):
     assert call(name, *arguments) == expected
@@ -493,9 +497,11 @@ def test_a_time_is_not_divided_by_zero(zero):
 
 
 @pytest.mark.parametrize(("operator", "function", "types"), [
-    ("ADD", "ADD_TIME", (TIME, TIME)), ("ADD", "ADD_TOD_TIME", (TOD, TIME)), ("ADD", "ADD_DT_TIME", (DT, TIME)),
+    ("ADD", "ADD_TIME", (TIME, TIME)), ("ADD", "ADD_TOD_TIME", (TOD, TIME)),
+    ("ADD", "ADD_DT_TIME", (DT, TIME)),
     ("SUB", "SUB_TIME", (TIME, TIME)), ("SUB", "SUB_DATE_DATE", (DATE, DATE)),
-    ("SUB", "SUB_TOD_TIME", (TOD, TIME)), ("SUB", "SUB_TOD_TOD", (TOD, TOD)), ("SUB", "SUB_DT_TIME", (DT, TIME)),
+    ("SUB", "SUB_TOD_TIME", (TOD, TIME)), ("SUB", "SUB_TOD_TOD", (TOD, TOD)),
+    ("SUB", "SUB_DT_TIME", (DT, TIME)),
     ("SUB", "SUB_DT_DT", (DT, DT)), ("MUL", "MULTIME", (TIME, INT)), ("DIV", "DIVTIME", (TIME, REAL)),
 ])
 def test_operators_are_the_named_time_functions(operator, function, types):

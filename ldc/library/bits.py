@@ -14,7 +14,7 @@ SHIFT, BITWISE = "25 bit shift", "26 bitwise"
 
 def _shift(types: tuple[Type, ...], left: bool) -> Callable:
     width = types[0].bits
-    mask, plain = (1 << width) - 1, type_of(types[0])
+    mask, plain = (1 << width) - 1, _type_of(types[0])
 
     def shifted(value, count):
         if count <= 0:
@@ -28,7 +28,7 @@ def _shift(types: tuple[Type, ...], left: bool) -> Callable:
 
 def _rotate(types: tuple[Type, ...], left: bool) -> Callable:
     width = types[0].bits
-    mask, plain = (1 << width) - 1, type_of(types[0])
+    mask, plain = (1 << width) - 1, _type_of(types[0])
 
     def rotated(value, count):
         if count <= 0:
@@ -41,7 +41,7 @@ def _rotate(types: tuple[Type, ...], left: bool) -> Callable:
     return rotated
 
 
-def type_of(type_: Type) -> type:
+def _type_of(type_: Type) -> type:
     """The Python type that a BOOL or bit string is kept as."""
     return bool if type_.kind == "bool" else int
 
@@ -71,8 +71,11 @@ FUNCTIONS = (
              "IN rotated right by N bits" + _ROUND),
     Function("ROL", ("IN", "N"), _SHIFTS, lambda types, _: _rotate(types, True), SHIFT,
              "IN rotated left by N bits" + _ROUND),
-    Function("AND", ("IN1", "IN2"), _CHAIN, _bitwise(operator.and_), BITWISE, "", "AND"),
-    Function("OR", ("IN1", "IN2"), _CHAIN, _bitwise(operator.or_), BITWISE, "", "OR"),
-    Function("XOR", ("IN1", "IN2"), _CHAIN, _bitwise(operator.xor), BITWISE, "", "XOR"),
-    Function("NOT", ("IN",), (Shape(("ANY_BIT",), "same"),), _not, BITWISE, "", "NOT"),
+    Function("AND", ("IN1", "IN2"), _CHAIN, _bitwise(operator.and_), BITWISE,
+             "bit by bit: all of them", "AND"),
+    Function("OR", ("IN1", "IN2"), _CHAIN, _bitwise(operator.or_), BITWISE,
+             "bit by bit: at least one", "OR"),
+    Function("XOR", ("IN1", "IN2"), _CHAIN, _bitwise(operator.xor), BITWISE,
+             "bit by bit: an odd number of them", "XOR"),
+    Function("NOT", ("IN",), (Shape(("ANY_BIT",), "same"),), _not, BITWISE, "each bit turned", "NOT"),
 )

@@ -97,6 +97,6 @@ def short_name(type_: Type) -> str:
 
 
 def conversion(source: Type, target: Type) -> str:
-    """The function that turns ``source`` into ``target``: ``INT_TO_DINT``; MOVE when both are stored alike."""
+    """The function from ``source`` to ``target``: ``INT_TO_DINT``; MOVE when both are stored alike."""
     left, right = short_name(source), short_name(target)
     return "MOVE" if left == right else f"{left}_TO_{right}"

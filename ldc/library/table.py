@@ -115,8 +115,8 @@ class Function:
 
     def _count_error(self, count: int) -> str:
         least = "at least " if self.extensible else ""
-        plural = "" if self.least == 1 else "s"
-        return f"{self.name} takes {least}{self.least} argument{plural} ({', '.join(self.names)}), not {count}"
+        arguments = "argument" if self.least == 1 else "arguments"
+        return f"{self.name} takes {least}{self.least} {arguments} ({', '.join(self.names)}), not {count}"
 
     def _overload_error(self, arguments: Sequence[Type | None]) -> str:
         given = ", ".join("a literal" if t is None else str(t) for t in arguments)
