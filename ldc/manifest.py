@@ -52,7 +52,7 @@ class MemoryTable(Struct):
 
 
 class RunTable(Struct):
-    period: Name = "10ms"
+    period: Name | None = None
     watch: tuple[Name, ...] = ()
     inputs: Name | None = None
 
@@ -72,7 +72,7 @@ class Manifest:
     tasks: tuple[TaskSetting, ...]
     image_bytes: int
     safe: dict[str, SafeValue]
-    period: int
+    period: int | None
     watch: tuple[str, ...]
     inputs: str | None
     spans: dict[tuple[str, ...], Entry] = field(repr=False)
@@ -151,7 +151,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     } or {"master": "master"}
     safe = {name: tables.value(("safe", name), value, SafeValue) for name, value in tables.mapping("safe").items()}
     tasks = tuple(_task(name, tables, processors) for name in tables.mapping("tasks"))
-    period = _duration(tables, ("run", "period"), run.period)
+    period = _duration(tables, ("run", "period"), run.period) if run.period else None
     _check_modules(tables, project.modules)
     _check_processors(tables, processors)
     if len(diagnostics) > before:

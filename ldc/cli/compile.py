@@ -6,9 +6,10 @@ import argparse
 from collections.abc import Callable
 
 from ldc import pipeline
-from ldc.cli.compiling import compiled, read
+from ldc.cli.compiling import compiled
 from ldc.cli.console import OK, UsageError, say
 from ldc.cli.dump import dump
+from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.graph.dump import graph_dot, graph_text, tree_text

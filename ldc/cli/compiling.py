@@ -1,23 +1,11 @@
-"""What several commands share: reading their sources and running the compiler over them."""
+"""Running the compiler for a command that goes on with its result."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ldc import pipeline
 from ldc.cli.console import report
-from ldc.diagnostics import Diagnostics, Invalid
-from ldc.manifest import Sources, find_sources
-
-
-def read(paths: Sequence[str]) -> Sources:
-    """The sources that the arguments mean. Raises Invalid when one cannot be read: what is left would only
-    give findings about names that the missing file declares."""
-    diagnostics = Diagnostics()
-    sources = find_sources(paths, diagnostics)
-    if diagnostics.has_errors:
-        raise Invalid(diagnostics)
-    return sources
+from ldc.diagnostics import Invalid
+from ldc.manifest import Sources
 
 
 def compiled(sources: Sources, options: pipeline.Options) -> pipeline.Compiled:

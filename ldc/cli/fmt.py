@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ldc.cli.compiling import read
 from ldc.cli.console import OK, WRONG, report, say
+from ldc.cli.inputs import read
 from ldc.cli.output import write_file
 from ldc.diagnostics import Diagnostics
 from ldc.parser import parse_file
