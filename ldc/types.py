@@ -91,7 +91,7 @@ class Enum:
     initial: int = 0
 
     def __str__(self) -> str:
-        return self.name
+        return self.name or f"({', '.join(f'{name} := {number}' for name, number in self.values)})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from ldc.parser import ast
 from ldc.source import Span
 from ldc.symbols import Signature, Variable
-from ldc.types import Type
+from ldc.types import Enum, Type
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,13 @@ class Model:
     """Everything that a rung may refer to. Dictionaries are keyed by names in capitals.
 
     ``signatures`` holds the POUs of the project and the standard function blocks that it uses;
-    standard functions are looked up in ``ldc.library``. ``order`` lists POUs callees first.
+    standard functions are looked up in ``ldc.library``. ``order`` lists the POUs of the project
+    (capitals), callees first. ``Run.pou`` is in capitals. ``enum_values``: every enumeration that has
+    a value of that name, with its number.
+
+    For silence about what was reported already: ``broken`` are names whose declaration failed, by POU
+    ("" for globals, types and POUs); ``incomplete``: a declaration was not even understood;
+    ``damaged``: POUs that lost rungs.
     """
 
     pous: dict[str, Pou]
@@ -67,3 +73,8 @@ class Model:
     resources: tuple[Resource, ...]
     order: tuple[str, ...]
     safe: dict[str, object] = field(default_factory=dict)
+    image_bytes: int = 1024
+    enum_values: dict[str, tuple[tuple[Enum, int], ...]] = field(default_factory=dict)
+    broken: dict[str, frozenset[str]] = field(default_factory=dict)
+    incomplete: bool = False
+    damaged: frozenset[str] = frozenset()

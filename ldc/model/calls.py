@@ -1,0 +1,172 @@
+"""Calls of functions inside expressions (IEC 61131-3 table 20): arguments to parameters, defaults."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Apply, Const, Expr
+from ldc.library import functions
+from ldc.library.table import Function
+from ldc.model import call_findings as findings
+from ldc.model import expressions
+from ldc.model.environment import Environment
+from ldc.model.names import suggest
+from ldc.model.values import Value
+from ldc.parser import ast
+from ldc.symbols import Parameter, Signature
+from ldc.types import is_scalar
+
+
+def standard_function(key: str) -> Function | None:
+    """A standard function that a program may call by name (in capitals)."""
+    if not functions.is_function(key):
+        return None
+    # The overloaded TO_INT and so on have no row of their own; they are called like every conversion.
+    return functions.lookup(key) or replace(functions.lookup("INT_TO_DINT"), name=key)
+
+
+def call(env: Environment, node: ast.Call, hint, diagnostics: Diagnostics) -> Value | None:
+    """The typed call; None after an error."""
+    key = node.name.upper()
+    signature = env.signature(key)
+    if signature is not None:
+        if signature.kind != "FUNCTION":
+            kind = signature.kind.lower().replace("_", " ")
+            findings.wrong_kind(diagnostics, node.span, f"`{node.name}` cannot be called in an expression",
+                                f"this is a {kind}",
+                                "draw it as a block, `<instance: TYPE(...)>`, and read its outputs by `instance.pin`")
+            return None
+        return _project_function(env, node, signature, diagnostics)
+    function = standard_function(key)
+    if function is None:
+        unknown_function(env, node.name, node.span, diagnostics)
+        return None
+    return _standard_function(env, node, function, diagnostics)
+
+
+def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics) -> None:
+    """Report a name that is no callable, unless its declaration is known to be broken."""
+    if not env.silent(name.upper()):
+        findings.unknown_callee(diagnostics, span, name,
+                                suggest(name, (*env.callables(), *functions.names()))
+                                or "declare it as FUNCTION or FUNCTION_BLOCK")
+
+
+def _inputs_only(node: ast.Call, diagnostics: Diagnostics) -> bool:
+    for argument in node.arguments:
+        if argument.output:
+            findings.outputs_in_expression(diagnostics, argument.span,
+                                           f"outputs of `{node.name}` cannot be taken in an expression",
+                                           "an output")
+            return False
+    named = [a for a in node.arguments if a.name is not None]
+    if named and len(named) < len(node.arguments):
+        first = next(a for a in node.arguments if a.name is None)
+        findings.mixed_arguments(diagnostics, first.span, node.name)
+        return False
+    return True
+
+
+def _standard_function(
+    env: Environment, node: ast.Call, function: Function, diagnostics: Diagnostics
+) -> Value | None:
+    if not _inputs_only(node, diagnostics):
+        return None
+    places: dict[int, ast.Argument] = {}
+    for at, argument in enumerate(node.arguments):
+        position = at if argument.name is None else function.position(argument.name)
+        if position is None:
+            findings.unknown_pin(diagnostics, argument.span, function.name, argument.name,
+                                 suggest(argument.name, function.names) or pins_help(function.names))
+            return None
+        if position in places:
+            findings.pin_twice(diagnostics, argument.span, argument.name, "given again here",
+                               places[position].span, "give it once")
+            return None
+        places[position] = argument
+    count = max(places, default=-1) + 1
+    if not function.extensible and count > function.least:
+        findings.too_many(diagnostics, places[function.least].span, function.name, function.least)
+        return None
+    missing = [i for i in range(max(count, function.least)) if i not in places]
+    if missing:
+        names = function.pins(max(count, function.least))
+        findings.pin_missing(diagnostics, node.span, function.name, [names[i] for i in missing],
+                             f"write `{function.name}({', '.join(function.names)})`")
+        return None
+    values = [expressions.value(env, places[i].value, None, diagnostics) for i in range(count)]
+    if None in values:
+        return None
+    return expressions.apply(env, function.name, tuple(values), node.span, diagnostics)
+
+
+def _project_function(
+    env: Environment, node: ast.Call, signature: Signature, diagnostics: Diagnostics
+) -> Value | None:
+    if not _inputs_only(node, diagnostics):
+        return None
+    if signature.in_outs:
+        findings.outputs_in_expression(diagnostics, node.span,
+                                       f"`{signature.name}` has VAR_IN_OUT pins", "called in an expression")
+        return None
+    if signature.result is None:
+        return None
+    given: dict[str, ast.Argument] = {}
+    for at, argument in enumerate(node.arguments):
+        parameter = _parameter(env, signature, at, argument, diagnostics)
+        if parameter is None:
+            return None
+        key = parameter.name.upper()
+        if key in given:
+            findings.pin_twice(diagnostics, argument.span, parameter.name, "given again here",
+                               given[key].span, "give it once")
+            return None
+        given[key] = argument
+    typed: list[Expr | None] = []
+    missing = []
+    for parameter in signature.inputs:
+        argument = given.get(parameter.name.upper())
+        if argument is not None:
+            typed.append(expressions.expression(env, argument.value, parameter.type, diagnostics,
+                                                f"pin `{parameter.name}`"))
+        elif (unset := default_argument(parameter)) is not None:
+            typed.append(unset)
+        else:
+            missing.append(parameter.name)
+    if missing:
+        findings.pin_missing(diagnostics, node.span, signature.name, missing,
+                             "give a value to every input that has no initial value")
+        return None
+    if None in typed:
+        return None
+    return Apply(signature.name.upper(), tuple(typed), signature.result, node.span, user=True)
+
+
+def _parameter(
+    env: Environment, signature: Signature, at: int, argument: ast.Argument, diagnostics: Diagnostics
+) -> Parameter | None:
+    if argument.name is None:
+        if at < len(signature.inputs):
+            return signature.inputs[at]
+        if not env.silent_pin(signature.name.upper(), ""):
+            findings.too_many(diagnostics, argument.span, signature.name, len(signature.inputs))
+        return None
+    key = argument.name.upper()
+    found = next((p for p in signature.inputs if p.name.upper() == key), None)
+    if found is None and not env.silent_pin(signature.name.upper(), key):
+        findings.unknown_pin(diagnostics, argument.span, signature.name, argument.name,
+                             suggest(argument.name, (p.name for p in signature.inputs))
+                             or pins_help([p.name for p in signature.inputs]))
+    return found
+
+
+def default_argument(parameter: Parameter) -> Const | None:
+    """What an input takes that a call leaves out: its declared initial value, if it is a scalar."""
+    if parameter.initial is None or not is_scalar(parameter.type):
+        return None
+    return Const(parameter.initial, parameter.type)
+
+
+def pins_help(names) -> str:
+    return "its pins are " + ", ".join(names) if names else "it has no pins"

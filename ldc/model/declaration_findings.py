@@ -1,0 +1,138 @@
+"""The findings about declarations, LD02xx: one function raises each code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ldc.diagnostics import Diagnostics, Label
+from ldc.source import Span
+
+
+def duplicate(diagnostics: Diagnostics, span: Span | None, name: str, what: str, first: Span | None) -> None:
+    secondary = (Label(first, "first declared here"),) if first else ()
+    diagnostics.error("LD0201", f"{what} `{name}` is declared twice", span, "declared again here",
+                      secondary=secondary, help="rename one of the two; upper and lower case are the same")
+
+
+def reserved_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.error("LD0202", f"`{name}` begins with `_ldc_`", span, "this prefix belongs to the compiler",
+                      help="choose another name")
+
+
+def reserved_name(diagnostics: Diagnostics, span: Span, name: str, why: str) -> None:
+    diagnostics.error("LD0203", f"`{name}` is already {why}", span, "this name is taken",
+                      help="choose another name")
+
+
+def shadowing_name(diagnostics: Diagnostics, span: Span, name: str, why: str) -> None:
+    diagnostics.warning("LD0204", f"variable `{name}` has the name of {why}", span, "is allowed here",
+                        help="rename it when the program is to be read by other IEC 61131-3 tools: "
+                             "most of them refuse it")
+
+
+def unknown_type(diagnostics: Diagnostics, span: Span, name: str, help: str) -> None:
+    diagnostics.error("LD0205", f"there is no type or function block `{name}`", span, "unknown type",
+                      help=help or "declare it in TYPE ... END_TYPE or as a FUNCTION_BLOCK")
+
+
+def recursive_type(diagnostics: Diagnostics, span: Span, names: Iterable[str]) -> None:
+    cycle = " -> ".join(names)
+    diagnostics.error("LD0206", f"type contains itself: {cycle}", span, "leads back to itself",
+                      help="take the type out of itself; a list of elements is an ARRAY")
+
+
+def not_constant(diagnostics: Diagnostics, span: Span, what: str, label: str = "", help: str = "") -> None:
+    diagnostics.error("LD0207", f"{what} must be constant", span, label or "known only at run time",
+                      help=help or "use literals, enumeration values and VAR CONSTANT variables only")
+
+
+def bad_bounds(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:
+    diagnostics.error("LD0208", message, span, label, help=help)
+
+
+def too_large(diagnostics: Diagnostics, span: Span, count: int, most: int) -> None:
+    diagnostics.error("LD0209", f"a type of {count} elements is too large", span, f"at most {most} are possible",
+                      help="make the array smaller or divide it")
+
+
+def bad_initial(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:
+    diagnostics.error("LD0210", message, span, label, help=help)
+
+
+def bad_address(diagnostics: Diagnostics, span: Span, address: str, label: str, help: str) -> None:
+    diagnostics.error("LD0211", f"`{address}` is no address of this controller", span, label, help=help)
+
+
+def wrong_width(diagnostics: Diagnostics, span: Span, address: str, bits: int, type_: str, help: str) -> None:
+    diagnostics.error("LD0212", f"`{address}` does not fit the type {type_}", span,
+                      f"{bits} bit{'s' if bits > 1 else ''}", help=help)
+
+
+def location_not_allowed(diagnostics: Diagnostics, span: Span, name: str, where: str) -> None:
+    diagnostics.error("LD0213", f"`{name}` may not have an address in {where}", span, "AT is not possible here",
+                      help="declare it with AT in a PROGRAM or in VAR_GLOBAL and pass it in by a pin")
+
+
+def overlapping_outputs(
+    diagnostics: Diagnostics, span: Span, name: str, address: str, other: str, first: Span | None
+) -> None:
+    secondary = (Label(first, f"`{other}` is here"),) if first else ()
+    diagnostics.warning("LD0214", f"outputs `{name}` and `{other}` share bits of the output image", span,
+                        f"{address} overlaps", secondary=secondary,
+                        help="give each output its own address, or use one variable for both")
+
+
+def bad_external(
+    diagnostics: Diagnostics, span: Span, message: str, label: str, first: Span | None, help: str
+) -> None:
+    secondary = (Label(first, "the global variable"),) if first else ()
+    diagnostics.error("LD0215", message, span, label, secondary=secondary, help=help)
+
+
+def recursion(diagnostics: Diagnostics, span: Span, names: list[str], calls: Iterable[Label]) -> None:
+    diagnostics.error("LD0216", f"POUs call each other in a circle: {' -> '.join(names)}", span,
+                      f"`{names[0]}` needs itself", secondary=calls,
+                      help="IEC 61131-3 forbids recursion; write a loop in ST, or take the call out")
+
+
+def not_allowed_here(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD0217", message, span, label, help=help)
+
+
+def program_as_type(diagnostics: Diagnostics, span: Span, name: str, kind: str) -> None:
+    diagnostics.error("LD0218", f"{kind} `{name}` is no type", span, "a type or a function block is needed here",
+                      help="make it a FUNCTION_BLOCK" if kind == "PROGRAM"
+                      else "a FUNCTION is called, it has no instances")
+
+
+def several_configurations(diagnostics: Diagnostics, span: Span, name: str, first: Span) -> None:
+    diagnostics.error("LD0219", f"a second CONFIGURATION `{name}`", span, "a project has one configuration",
+                      secondary=(Label(first, "the first one"),),
+                      help="put its resources into the first one, or leave one file out")
+
+
+def unknown_in_configuration(diagnostics: Diagnostics, span: Span | None, what: str, name: str, help: str) -> None:
+    diagnostics.error("LD0220", f"there is no {what} `{name}`", span, f"unknown {what}", help=help)
+
+
+def bad_task(diagnostics: Diagnostics, span: Span | None, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD0221", message, span, label, help=help)
+
+
+def circular_constant(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.error("LD0222", f"the declaration of `{name}` needs `{name}` itself", span, "goes in a circle",
+                      help="give it a value that does not depend on itself")
+
+
+def never_run(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.warning("LD0223", f"no task runs PROGRAM `{name}`", span, "is never executed",
+                        help="add an instance of it to the CONFIGURATION or to a task of ldc.toml")
+
+
+def bad_safe_value(diagnostics: Diagnostics, path: str, help: str) -> None:
+    diagnostics.error("LD0224", f"safe value of `{path}`: there is no such output or variable", help=help)
+
+
+def nested_too_deep(diagnostics: Diagnostics, span: Span, what: str, most: int) -> None:
+    diagnostics.error("LD0225", f"{what} is nested too deep", span, f"more than {most} levels",
+                      help="make the chain of declarations shorter, or declare what is used before its use")

@@ -1,0 +1,295 @@
+"""Types of expressions: names and operators of the AST become typed expressions (IEC 61131-3 3.3.1).
+
+Chains of operators may be a thousand long: they are walked in loops, only brackets nest.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Apply, Const, Expr, Load
+from ldc.library import functions
+from ldc.library.faults import DivisionByZero
+from ldc.model import calls, places
+from ldc.model import type_findings as findings
+from ldc.model.environment import Environment
+from ldc.model.names import suggest
+from ldc.model.values import AnyEnum, NetValue, Untyped, Value, coerce, fits, is_real, literal, natural, settle
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.types import BOOL, REAL, Array, Elementary, Enum, Instance, Scalar, Struct, Type, is_scalar
+
+OPERATORS = {
+    "OR": "OR", "XOR": "XOR", "AND": "AND", "=": "EQ", "<>": "NE", "<": "LT", ">": "GT", "<=": "LE",
+    ">=": "GE", "+": "ADD", "-": "SUB", "*": "MUL", "/": "DIV", "MOD": "MOD", "**": "EXPT",
+}
+LOGIC = frozenset(("AND", "OR", "XOR"))
+ARITHMETIC = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "EXPT"))
+DIVISIONS = frozenset(("DIV", "MOD", "DIVTIME"))
+
+
+def expression(
+    env: Environment, node: ast.Expr, wanted: Type | None, diagnostics: Diagnostics, what: str = ""
+) -> Expr | None:
+    """The typed expression, converted to ``wanted`` when that is a widening; None after an error.
+
+    ``what`` names what asks for the type, for messages (``pin `PT```).
+    """
+    found = value(env, node, wanted, diagnostics)
+    if found is None:
+        return None
+    return coerce(found, wanted, diagnostics, node.span, what)
+
+
+def value(env: Environment, node: ast.Expr, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    """Like ``expression``, but what has no type of its own stays undecided. ``hint`` is the type that
+    the context would like; it decides nothing but the meaning of names of enumeration values."""
+    return _TYPING[type(node)](env, node, hint, diagnostics)
+
+
+def constant(env: Environment, expr: Expr) -> Scalar | None:
+    """The value of a constant expression; None when it is known only at run time or divides by zero."""
+    spine = []
+    while type(expr) is Apply and not expr.user and expr.args:
+        spine.append(expr)
+        expr = expr.args[0]
+    result = _constant_leaf(env, expr)
+    for step in reversed(spine):
+        if result is None:
+            return None
+        arguments = (result, *[constant(env, a) for a in step.args[1:]])
+        if None in arguments:
+            return None
+        try:
+            result = functions.meaning(step.op, tuple(a.type for a in step.args), step.type)(*arguments)
+        except DivisionByZero:
+            return None
+    return result
+
+
+def _constant_leaf(env: Environment, expr: Expr) -> Scalar | None:
+    if type(expr) is Const:
+        return expr.value
+    if type(expr) is Load and not expr.place.steps:
+        found = env.variable(expr.place.root.upper())
+        if found is not None and found[0].constant and is_scalar(found[0].type):
+            return found[0].initial
+    return None
+
+
+# ---- names ------------------------------------------------------------------------------------
+
+
+def _name(env: Environment, node: ast.Name, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    key = node.name.upper()
+    found = env.variable(key)
+    if found is not None:
+        return Load(places.variable_place(found, node.span), node.span)
+    choices = env.enum_values(key)
+    if len(choices) > 1 and isinstance(hint, Enum):
+        choices = tuple(c for c in choices if c[0] == hint) or choices
+    if len(choices) == 1:
+        return Const(choices[0][1], choices[0][0], node.span)
+    if choices:
+        return AnyEnum(node.name, choices, node.span)
+    if isinstance(hint, Enum):
+        number = next((n for name, n in hint.values if name.upper() == key), None)
+        if number is not None:
+            return Const(number, hint, node.span)
+    places.place(env, node, diagnostics)
+    return None
+
+
+def _place(env: Environment, node: ast.Expr, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    found = places.place(env, node, diagnostics)
+    return None if found is None else Load(found, node.span)
+
+
+def _literal(env: Environment, node: ast.Literal, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    return literal(node, env.type_named(node.type.upper()) if node.type else None, diagnostics)
+
+
+def _enum_literal(
+    env: Environment, node: ast.EnumLiteral, hint: Type | None, diagnostics: Diagnostics
+) -> Value | None:
+    type_ = env.type_named(node.type.upper())
+    if not isinstance(type_, Enum):
+        if not env.silent(node.type.upper()):
+            findings.unknown_type_prefix(diagnostics, node.span, node.type, "")
+        return None
+    key = node.name.upper()
+    for name, number in type_.values:
+        if name.upper() == key:
+            return Const(number, type_, node.span)
+    findings.bad_enum_value(diagnostics, node.span, f"{type_} has no value `{node.name}`", "unknown value",
+                            suggest(node.name, (name for name, _ in type_.values))
+                            or "its values are " + ", ".join(name for name, _ in type_.values[:12]))
+    return None
+
+
+def _call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    return calls.call(env, node, hint, diagnostics)
+
+
+# ---- operators --------------------------------------------------------------------------------
+
+
+def _unary(env: Environment, node: ast.Unary, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    chain = []
+    while type(node) is ast.Unary:
+        chain.append(node)
+        node = node.operand
+    result = value(env, node, hint, diagnostics)
+    for step in reversed(chain):
+        if result is None:
+            return None
+        if step.op == "-" and type(result) is Untyped:
+            result = Untyped(-result.value, step.span)
+        else:
+            name = "NEG" if step.op == "-" else "NOT"
+            result = apply(env, name, (_logic_operand(name, result, hint),), step.span, diagnostics)
+    return result
+
+
+def _binary(env: Environment, node: ast.Binary, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    spine = []
+    while type(node) is ast.Binary:
+        spine.append(node)
+        node = node.left
+    result = value(env, node, None, diagnostics)
+    for step in reversed(spine):
+        right = value(env, step.right, None, diagnostics)
+        if result is not None:
+            result = None if right is None else _combine(env, step, result, right, hint, diagnostics)
+    return result
+
+
+def _combine(
+    env: Environment, node: ast.Binary, left: Value, right: Value, hint: Type | None, diagnostics: Diagnostics
+) -> Value | None:
+    name = OPERATORS[node.op]
+    if type(left) is Untyped and type(right) is Untyped and name in ARITHMETIC:
+        folded = _exact(name, left, right, node.span, diagnostics)
+        if folded is not NotImplemented:
+            return folded
+    left, right = _logic_operand(name, left, hint), _logic_operand(name, right, hint)
+    found = apply(env, name, (left, right), node.span, diagnostics)
+    if found is None or found.op != name:
+        return found
+    first = found.args[0]
+    # a AND b AND c is one AND of three: the same value, and consumers need not go deep.
+    if type(first) is Apply and first.op == name and first is left and first.type == found.type and (
+        name in LOGIC or name in ("ADD", "MUL") and found.type.kind in ("int", "uint")
+    ):
+        return Apply(name, first.args + found.args[1:], found.type, found.span)
+    return found
+
+
+def _logic_operand(name: str, operand: Value, hint: Type | None) -> Value:
+    """0 and 1 beside a logic operator are BOOL unless the context asks for a bit string."""
+    if type(operand) is Untyped and (name in LOGIC or name == "NOT"):
+        if isinstance(hint, Elementary) and hint.kind == "bits" and fits(operand.value, hint):
+            return Const(operand.value, hint, operand.span)
+    return operand
+
+
+def _exact(name: str, left: Untyped, right: Untyped, span: Span, diagnostics: Diagnostics):
+    """Arithmetic on numbers without a type is exact; NotImplemented when it has to be done in a type."""
+    a, b = left.value, right.value
+    if name in DIVISIONS and b == 0:
+        findings.division_by_zero(diagnostics, right.span)
+        return None
+    integers = isinstance(a, int) and isinstance(b, int)
+    try:
+        match name:
+            case "ADD":
+                return Untyped(a + b, span)
+            case "SUB":
+                return Untyped(a - b, span)
+            case "MUL":
+                return Untyped(a * b, span)
+            case "DIV" if integers:
+                return Untyped(abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1), span)
+            case "DIV":
+                return Untyped(a / b, span)
+            case "MOD" if integers:
+                return Untyped(abs(a) % abs(b) * (-1 if a < 0 else 1), span)
+    except OverflowError:
+        findings.does_not_fit(diagnostics, span, "this number", REAL)
+        return None
+    return NotImplemented
+
+
+@lru_cache(maxsize=4096)
+def _resolve(name: str, types: tuple[Type | None, ...]):
+    return functions.resolve(name, types)
+
+
+def resolve(name: str, args: tuple[Value | NetValue, ...]) -> functions.Resolved | str:
+    """How the library takes these arguments; its words when it does not. A literal takes the type that
+    the others decide, unless it does not fit in there: then it counts with its natural type."""
+    types = tuple(None if type(a) in (Untyped, AnyEnum) else a.type for a in args)
+    if None not in types:
+        return _resolve(name, types)
+    if any(type(a) is Untyped and isinstance(a.value, float) for a in args):
+        # 1.5 beside a REAL or LREAL takes that type, beside anything else it is a REAL.
+        if not any(is_real(t) for t in types):
+            types = tuple(REAL if type(a) is Untyped and isinstance(a.value, float) else t
+                          for a, t in zip(args, types, strict=True))
+    enum = next((t for t in types if isinstance(t, Enum)), None)
+    if enum is not None:
+        types = tuple(enum if type(a) is AnyEnum else t for a, t in zip(args, types, strict=True))
+    found = _resolve(name, types)
+    if isinstance(found, str):
+        return found
+    loose = [i for i, a in enumerate(args) if types[i] is None and type(a) is Untyped]
+    if all(fits(args[i].value, found.parameters[i]) for i in loose):
+        return found
+    wider = tuple(natural(a.value) if i in loose else t for i, (a, t) in enumerate(zip(args, types, strict=True)))
+    retried = _resolve(name, wider)
+    return found if isinstance(retried, str) else retried
+
+
+def apply(
+    env: Environment, name: str, args: tuple[Value, ...], span: Span, diagnostics: Diagnostics, shown: str = ""
+) -> Apply | None:
+    """A standard function or operator on typed or undecided values."""
+    resolved = resolve(name, args)
+    if isinstance(resolved, str):
+        findings.no_such_operation(diagnostics, span, resolved, _operation_help(name, args))
+        return None
+    typed = tuple([coerce(a, t, diagnostics, a.span or span)
+                   for a, t in zip(args, resolved.parameters, strict=True)])
+    if None in typed:
+        return None
+    if name in DIVISIONS and constant(env, typed[1]) == 0:
+        findings.division_by_zero(diagnostics, typed[1].span or span)
+        return None
+    return Apply(resolved.name, typed, resolved.result, span)
+
+
+def _operation_help(name: str, args: tuple[Value, ...]) -> str:
+    types = [a.type for a in args if type(a) not in (Untyped, AnyEnum)]
+    if any(isinstance(t, Instance) for t in types):
+        return "name one of the outputs of the block, `instance.pin`"
+    if any(isinstance(t, Array | Struct) for t in types):
+        return "take single elements or members"
+    if name in LOGIC or name == "NOT":
+        return "compare numbers first, for example `level > 0`" if any(t != BOOL for t in types) else ""
+    if len(types) == 2 and types[0] != types[1]:
+        return findings.conversion_help(types[1], types[0])
+    return ""
+
+
+_TYPING = {
+    ast.Name: _name,
+    ast.Literal: _literal,
+    ast.EnumLiteral: _enum_literal,
+    ast.Direct: _place,
+    ast.Member: _place,
+    ast.Index: _place,
+    ast.Unary: _unary,
+    ast.Binary: _binary,
+    ast.Call: _call,
+}

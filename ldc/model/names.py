@@ -1,0 +1,38 @@
+"""Names: which ones a project may not take, and which one was probably meant."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from ldc.library import blocks, functions
+from ldc.types import ELEMENTARY
+
+PREFIX = "_LDC_"
+
+# IEC 61131-3, table 52: words at the start of a line of IL.
+IL_WORDS = frozenset(
+    "LD LDN ST STN S R AND ANDN OR ORN XOR XORN NOT ADD SUB MUL DIV MOD GT GE EQ NE LE LT "
+    "JMP JMPC JMPCN CAL CALC CALCN RET RETC RETCN".split()
+)
+WORDS = frozenset("RETURN EN ENO".split())
+
+
+def standard(key: str) -> str | None:
+    """What the standard calls by this name (in capitals), in words; None when the name is free."""
+    if key in ELEMENTARY:
+        return "a data type of the standard"
+    if blocks.signature(key) is not None:
+        return "a standard function block"
+    if functions.lookup(key) is not None:
+        return "a standard function"
+    return None
+
+
+def suggest(name: str, candidates: Iterable[str]) -> str:
+    """Help text that names what was probably meant; empty when nothing comes near."""
+    spellings = {c.upper(): c for c in candidates if not c.upper().startswith(PREFIX)}
+    near = difflib.get_close_matches(name.upper(), spellings, 3, 0.6)
+    if not near:
+        return ""
+    return "did you mean " + " or ".join(f"`{spellings[key]}`" for key in near) + "?"

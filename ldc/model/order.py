@@ -1,0 +1,85 @@
+"""Who calls whom: callees before callers, and recursion, which IEC 61131-3 forbids (2.5.1.1)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from ldc.diagnostics import Diagnostics, Label
+from ldc.model import declaration_findings as findings
+from ldc.model.project import Pou
+from ldc.model.walk import callees
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.types import Array, Instance
+
+DEEPEST_CALLS = 100
+_WORD = re.compile(r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\()?)",
+                   re.DOTALL)
+
+
+def call_order(pous: dict[str, Pou], diagnostics: Diagnostics) -> tuple[str, ...]:
+    """The POUs (capitals), callees first; a circle is reported once and its POUs still appear."""
+    functions = {key for key, pou in pous.items() if pou.signature.kind == "FUNCTION"}
+    calls = {key: dict(_callees(key, pou, pous, functions)) for key, pou in pous.items()}
+    order: list[str] = []
+    depth: dict[str, int] = {}
+    state: dict[str, int] = {}  # 1: being visited, 2: done
+    for root in pous:
+        if root in state:
+            continue
+        stack = [(root, iter(calls[root]))]
+        state[root] = 1
+        while stack:
+            key, rest = stack[-1]
+            following = next(rest, None)
+            if following is None:
+                stack.pop()
+                state[key] = 2
+                order.append(key)
+                depth[key] = 1 + max((depth.get(c, 0) for c in calls[key]), default=0)
+                if depth[key] == DEEPEST_CALLS + 1:
+                    findings.nested_too_deep(diagnostics, pous[key].span, f"call by `{pous[key].name}`",
+                                             DEEPEST_CALLS)
+            elif following not in state:
+                state[following] = 1
+                stack.append((following, iter(calls[following])))
+            elif state[following] == 1:
+                path = [k for k, _ in stack]
+                _report(path[path.index(following):], pous, calls, diagnostics)
+    return tuple(order)
+
+
+def _report(cycle: list[str], pous: dict[str, Pou], calls, diagnostics: Diagnostics) -> None:
+    at = cycle.index(min(cycle, key=list(pous).index))
+    cycle = [*cycle[at:], *cycle[:at], cycle[at]]
+    names = [pous[key].name for key in cycle]
+    labels = [Label(span, f"`{pous[callee].name}` is used here") for caller, callee in zip(cycle, cycle[1:])
+              if (span := calls[caller][callee]) is not None]
+    findings.recursion(diagnostics, pous[cycle[0]].span, names, labels)
+
+
+def _callees(
+    key: str, pou: Pou, pous: dict[str, Pou], functions: set[str]
+) -> Iterator[tuple[str, Span | None]]:
+    """The POUs of the project that ``pou`` uses, with one place where it does."""
+    for variable in pou.variables.values():
+        type_ = variable.type
+        while isinstance(type_, Array):
+            type_ = type_.element
+        if isinstance(type_, Instance) and type_.pou in pous and variable.kind != "external":
+            yield type_.pou, variable.span
+    if not functions:
+        return
+    if isinstance(pou.body, ast.LadderBody):
+        for rung in pou.body.rungs:
+            for name, node in callees(rung):
+                if name.upper() in functions:
+                    yield name.upper(), node.span
+        return
+    body = pou.body.span
+    for match in _WORD.finditer(body.source.text, body.start, body.end):
+        name = match[1].upper() if match[1] else ""
+        # Inside a FUNCTION its own name is its result, unless it is called.
+        if name in functions and (name != key or match[2]):
+            yield name, Span(body.source, match.start(1), match.end(1))

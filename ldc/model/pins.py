@@ -1,0 +1,95 @@
+"""The pins of a block: what is written at each, typed (DESIGN section 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Load, Place
+from ldc.library import functions
+from ldc.model import call_findings as findings
+from ldc.model import expressions, places, type_findings
+from ldc.model.elements import Net, PinIn, PinOut
+from ldc.model.environment import Environment
+from ldc.model.values import Value, coerce, same
+from ldc.parser import ast
+from ldc.symbols import Parameter
+from ldc.types import BOOL, Elementary, Enum, Type, storage
+
+NetOf = Callable[[ast.Branches | ast.Junction], Net]
+
+
+def is_net(pin: ast.Pin) -> bool:
+    """Whether a ladder network or a junction is written at the pin."""
+    return type(pin.value) is ast.Branches or type(pin.value) is ast.Junction
+
+
+def pin_in(
+    env: Environment, pin: ast.Pin, parameter: Parameter, net_of: NetOf, diagnostics: Diagnostics,
+    known: Value | None = None,
+) -> PinIn | None:
+    """An input with what feeds it: an expression of the pin's type, or a net. ``known``: the value at
+    the pin when it is typed already."""
+    if type(pin.value) is ast.Branches and storage(parameter.type) != BOOL:
+        findings.network_on_value_pin(diagnostics, pin.value.span, parameter.name, str(parameter.type))
+        return None
+    if is_net(pin):
+        return PinIn(parameter.name, parameter.type, net_of(pin.value), pin.span)
+    if known is None:
+        known = expressions.value(env, pin.value, parameter.type, diagnostics)
+    if known is None:
+        return None
+    source = coerce(known, parameter.type, diagnostics, pin.value.span, f"pin `{parameter.name}`")
+    return None if source is None else PinIn(parameter.name, parameter.type, source, pin.span)
+
+
+def pin_out(
+    env: Environment, pin: ast.Pin, parameter: Parameter, net_of: NetOf, diagnostics: Diagnostics
+) -> PinOut | None:
+    """An output with what it feeds: a place of the same or a wider type, or a net."""
+    if type(pin.value) is ast.Branches:
+        type_findings.not_a_value(diagnostics, pin.value.span, f"output `{parameter.name}` feeds a network",
+                                  "a network in braces", f"name a junction, `{parameter.name} => @name`, and "
+                                  "start a path of the rung with `@name`")
+        return None
+    if is_net(pin):
+        return PinOut(parameter.name, parameter.type, net_of(pin.value), pin.span)
+    target = places.place(env, pin.value, diagnostics, write=True)
+    if target is None:
+        return None
+    if not storable(parameter.type, target.type):
+        type_findings.mismatch(diagnostics, pin.value.span, parameter.type, target.type,
+                               f"output `{parameter.name}`")
+        return None
+    return PinOut(parameter.name, parameter.type, target, pin.span)
+
+
+def storable(source: Type, target: Type) -> bool:
+    """Whether a value of ``source`` may be stored in a place of ``target``."""
+    if same(source, target):
+        return True
+    if isinstance(source, Enum) or isinstance(target, Enum):
+        return False
+    left, right = storage(source), storage(target)
+    return isinstance(left, Elementary) and isinstance(right, Elementary) and functions.widens(left, right)
+
+
+def pin_in_out(
+    env: Environment, pin: ast.Pin, parameter: Parameter, diagnostics: Diagnostics
+) -> tuple[PinIn, PinOut] | None:
+    """A VAR_IN_OUT pin: copied in before the call, copied out after it."""
+    if is_net(pin) or type(pin.value) in (ast.Literal, ast.EnumLiteral, ast.Unary, ast.Binary, ast.Call):
+        findings.bad_in_out(diagnostics, pin.value.span, parameter.name, "this is no variable",
+                            f"write `{parameter.name} := variable`")
+        return None
+    place: Place | None = places.place(env, pin.value, diagnostics, write=True)
+    if place is None:
+        return None
+    if place.type != parameter.type:
+        findings.bad_in_out(diagnostics, pin.value.span, parameter.name,
+                            f"this is {type_findings.described(place.type)}",
+                            f"give it a variable of type {parameter.type}")
+        return None
+    source = Load(place, pin.value.span)
+    return (PinIn(parameter.name, parameter.type, source, pin.span),
+            PinOut(parameter.name, parameter.type, place, pin.span))

@@ -1,0 +1,242 @@
+"""Places: what a name, a member, an index or an address refers to, and whether it may be written."""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import BitStep, Const, Expr, FieldStep, IndexStep, Place, Step
+from ldc.model import call_findings, declaration_findings, expressions
+from ldc.model import type_findings as findings
+from ldc.model.environment import Environment
+from ldc.model.names import suggest
+from ldc.model.values import AnyEnum, Untyped, settle
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.symbols import Location, Variable
+from ldc.types import (
+    BOOL,
+    BYTE,
+    DINT,
+    DWORD,
+    LWORD,
+    REAL,
+    TIME,
+    WORD,
+    Array,
+    Elementary,
+    Instance,
+    Struct,
+    Subrange,
+    Type,
+    storage,
+)
+
+_ADDRESS_TYPES = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
+_INTRINSIC = {"%NOW": TIME, "%FIRST_SCAN": BOOL}
+
+
+def variable_place(found: tuple[Variable, bool], span: Span | None) -> Place:
+    variable, is_global = found
+    return Place(variable.name, variable.type, (), is_global, span)
+
+
+def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: bool = False) -> Place | None:
+    """The place that ``node`` names; with ``write`` it must be one that may be written."""
+    chain = []
+    base = node
+    while type(base) is ast.Member or type(base) is ast.Index:
+        chain.append(base)
+        base = base.base
+    if type(base) is ast.Name:
+        found = env.variable(base.name.upper())
+        if found is None:
+            _unknown(env, base, diagnostics)
+            return None
+        if not chain and not write:
+            return variable_place(found, node.span)
+        root, type_, is_global, variable = found[0].name, found[0].type, found[1], found[0]
+    elif type(base) is ast.Direct:
+        direct = _direct(env, base, diagnostics)
+        if direct is None:
+            return None
+        root, type_, is_global, variable = direct.root, direct.type, True, None
+    else:
+        findings.not_a_value(diagnostics, base.span, "a variable is needed here", "this is no variable",
+                             "name a variable, an element of an array, a member or an address")
+        return None
+    steps: list[Step] = []
+    read_only = ""
+    for link in reversed(chain):
+        if isinstance(link, ast.Index):
+            stepped = _index(env, link, type_, diagnostics)
+        else:
+            stepped = _member(env, link, type_, diagnostics)
+            if isinstance(type_, Instance):
+                read_only = _output_of(env, type_, link.name)
+        if stepped is None:
+            return None
+        steps.append(stepped[0])
+        type_ = stepped[1]
+    if write and not _writable(env, node, root, variable, is_global, read_only, diagnostics):
+        return None
+    return Place(root, type_, tuple(steps), is_global, node.span)
+
+
+def _unknown(env: Environment, node: ast.Name, diagnostics: Diagnostics) -> None:
+    key = node.name.upper()
+    if env.silent(key):
+        return
+    choices = env.enum_values(key)
+    signature = env.signature(key)
+    if choices:
+        findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable",
+                             f"this is a value of {choices[0][0]}", "name a variable")
+    elif signature is not None:
+        kind = signature.kind.lower().replace("_", " ")
+        findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", f"this is a {kind}",
+                             f"declare an instance: `name : {signature.name};`"
+                             if signature.kind == "FUNCTION_BLOCK" else "")
+    elif env.type_named(key) is not None:
+        findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", "this is a type",
+                             f"declare a variable: `name : {node.name};`")
+    else:
+        findings.unknown_name(diagnostics, node.span, node.name, suggest(node.name, env.names()))
+
+
+def _direct(env: Environment, node: ast.Direct, diagnostics: Diagnostics) -> Place | None:
+    key = node.address.upper()
+    if env.library and key in _INTRINSIC:
+        return Place(key, _INTRINSIC[key], (), True, node.span)
+    location = checked_location(node.address, env.image_bytes, node.span, diagnostics)
+    if location is None:
+        return None
+    return Place(str(location), _ADDRESS_TYPES[location.size], (), True, node.span)
+
+
+def checked_location(text: str, image_bytes: int, span: Span, diagnostics: Diagnostics) -> Location | None:
+    """An address that lies within the process image."""
+    location = Location.parse(text)
+    if location is None:
+        declaration_findings.bad_address(
+            diagnostics, span, text, "not understood",
+            "addresses are written %IX0.0 (byte.bit, bits 0 to 7), %QB1, %MW2, %ID3, %QL4")
+        return None
+    last = location.byte + (location.bits + 7) // 8
+    if last > image_bytes:
+        declaration_findings.bad_address(
+            diagnostics, span, text, f"needs byte {last - 1} of {image_bytes}",
+            f"%{location.area} has the bytes 0 to {image_bytes - 1}; choose a lower address "
+            "or make the image larger in ldc.toml")
+        return None
+    return location
+
+
+def _member(
+    env: Environment, node: ast.Member, type_: Type, diagnostics: Diagnostics
+) -> tuple[Step, Type] | None:
+    if node.name.isdecimal():
+        return _bit(node, type_, diagnostics)
+    if isinstance(type_, Struct):
+        field = type_.field(node.name)
+        if field is not None:
+            return FieldStep(field.name), field.type
+        names = [f.name for f in type_.fields]
+    elif isinstance(type_, Instance):
+        signature = env.signature(type_.pou)
+        pin = signature.pin(node.name) if signature is not None else None
+        if signature is None or pin is None and env.silent_pin(type_.pou, node.name.upper()):
+            return None
+        if pin is not None and pin not in signature.in_outs:
+            return FieldStep(pin.name), pin.type
+        names = [p.name for p in signature.inputs + signature.outputs]
+    else:
+        findings.not_a_value(diagnostics, node.base.span, f"`{node.name}` is asked of a value without members",
+                             f"this is {findings.described(type_)}",
+                             "only structures and function blocks have members, bit strings have bits")
+        return None
+    findings.unknown_member(diagnostics, node.span, type_, node.name,
+                            suggest(node.name, names) or "it has " + ", ".join(names[:12]))
+    return None
+
+
+def _bit(node: ast.Member, type_: Type, diagnostics: Diagnostics) -> tuple[Step, Type] | None:
+    base = storage(type_)
+    if not isinstance(base, Elementary) or base.kind != "bits":
+        findings.bad_bit(diagnostics, node.span, f"{findings.described(type_)} has no bits to name",
+                         f"bit {node.name[:12]} is asked for",
+                         "only BYTE, WORD, DWORD and LWORD have; convert it first")
+        return None
+    if len(node.name) > 4 or int(node.name) >= base.bits:
+        findings.bad_bit(diagnostics, node.span, f"{base} has no bit {node.name[:12]}",
+                         f"the bits are 0 to {base.bits - 1}", "choose one of these")
+        return None
+    return BitStep(int(node.name)), BOOL
+
+
+def _index(
+    env: Environment, node: ast.Index, type_: Type, diagnostics: Diagnostics
+) -> tuple[Step, Type] | None:
+    if not isinstance(type_, Array):
+        findings.bad_index(diagnostics, node.base.span, "an index is put on what is no array",
+                           f"this is {findings.described(type_)}", "take the index away")
+        return None
+    count = len(type_.bounds)
+    if len(node.indexes) != count:
+        findings.bad_index(diagnostics, node.span, f"the array has {count} dimension{'s' if count > 1 else ''}",
+                           f"{len(node.indexes)} given", "give one index for each dimension")
+        return None
+    indexes = [_one_index(env, written, *bounds, diagnostics)
+               for written, bounds in zip(node.indexes, type_.bounds, strict=True)]
+    if None in indexes:
+        return None
+    return IndexStep(tuple(indexes), type_.bounds), type_.element
+
+
+def _one_index(env: Environment, node: ast.Expr, low: int, high: int, diagnostics: Diagnostics) -> Expr | None:
+    found = expressions.value(env, node, None, diagnostics)
+    if found is None:
+        return None
+    if type(found) is AnyEnum:
+        return settle(found, None, diagnostics)
+    if type(found) is Untyped:
+        found = Const(found.value, DINT if isinstance(found.value, int) else REAL, node.span)
+    type_ = found.type.base if isinstance(found.type, Subrange) else found.type
+    if not isinstance(type_, Elementary) or type_.kind not in ("int", "uint"):
+        findings.bad_index(diagnostics, node.span, "an index must be an integer",
+                           f"this is {findings.described(type_)}")
+        return None
+    known = expressions.constant(env, found)
+    if known is not None and not low <= known <= high:
+        findings.out_of_bounds(diagnostics, node.span, known, low, high)
+        return None
+    return found
+
+
+def _output_of(env: Environment, type_: Instance, name: str) -> str:
+    """The name of the instance's type when the pin is one that only the block itself writes."""
+    signature = env.signature(type_.pou)
+    key = name.upper()
+    return signature.name if any(p.name.upper() == key for p in signature.outputs) else ""
+
+
+def _writable(
+    env: Environment, node: ast.Expr, root: str, variable: Variable | None, is_global: bool,
+    read_only: str, diagnostics: Diagnostics,
+) -> bool:
+    declared = variable.span if variable is not None else None
+    location = variable.location if variable is not None else Location.parse(root)
+    if read_only:
+        why, help = f"an output of {read_only}", "only the block itself writes its outputs"
+    elif variable is not None and variable.constant:
+        why, help = "a constant", "take the CONSTANT away, or write another variable"
+    elif variable is not None and variable.kind == "input":
+        why, help = "an input of this POU", "make it VAR_IN_OUT, or copy it to a variable of its own"
+    elif location is not None and location.area == "I":
+        why, help = "an input of the controller", "inputs are read only; use %Q or %M"
+    elif is_global and env.kind == "FUNCTION":
+        why, help = "outside of this FUNCTION", "a FUNCTION has no side effects; return it as an output"
+    else:
+        return True
+    call_findings.not_writable(diagnostics, node.span, root if variable is None else node.span.text, why, help,
+                               declared)
+    return False
+

@@ -1,0 +1,190 @@
+"""From the AST of a project to its model: one pass over declarations, bodies stay as drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ldc.diagnostics import Diagnostics, Severity
+from ldc.library import blocks
+from ldc.model import declaration_findings as findings
+from ldc.model.configuration import Configurator
+from ldc.model.frame import Frame
+from ldc.model.names import PREFIX, standard
+from ldc.model.order import call_order
+from ldc.model.outputs import check_overlaps
+from ldc.model.project import Model, Pou
+from ldc.model.settings import Settings
+from ldc.model.type_table import TypeTable
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.symbols import Parameter, Signature, Variable
+from ldc.types import Array, Instance, Type
+
+_PINS = ("input", "output", "in_out")
+
+
+def resolve(project: ast.Project, diagnostics: Diagnostics, settings: Settings | None = None) -> Model:
+    """The model of a project. What is wrong is reported and left out of it.
+
+    ``settings``: what ``ldc.toml`` says (``ldc.model.settings.Settings``, or any object with some of
+    its attributes). The order of files and declarations does not matter, except that a PROGRAM
+    without a CONFIGURATION runs in the order of the text.
+    """
+    return _Resolver(project, diagnostics, _settings(settings)).model()
+
+
+def _settings(given: object | None) -> Settings:
+    usual = Settings()
+    names = ("image_bytes", "tasks", "safe", "library")
+    return Settings(**{name: getattr(given, name, getattr(usual, name)) for name in names})
+
+
+class _Resolver:
+    def __init__(self, project: ast.Project, diagnostics: Diagnostics, settings: Settings) -> None:
+        self.diagnostics, self.settings = diagnostics, settings
+        self.library, self.image_bytes = settings.library, settings.image_bytes
+        self._first: dict[str, Span] = {}
+        self._pous: dict[str, ast.Pou] = {}
+        declared: dict[str, ast.TypeDecl] = {}
+        for file in project.files:
+            for type_ in file.types:
+                if self._claim(type_.name, type_.span, "type"):
+                    declared[type_.name.upper()] = type_
+            for pou in file.pous:
+                if self._claim(pou.name, pou.name_span, "POU"):
+                    self._pous[pou.name.upper()] = pou
+        self.incomplete, self._damaged = _what_is_missing(self._pous, diagnostics)
+        kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
+        self.types = TypeTable(declared, kinds, diagnostics)
+        self.configurations = [c for file in project.files for c in file.configurations]
+        self.globals = Frame(self, "", "", _global_blocks(project, self.configurations), None)
+        for key, node in self.globals.declarations().items():
+            if key in self._first:
+                findings.duplicate(diagnostics, node.span, node.name, "global variable", self._first[key])
+        self._frames: dict[str, Frame] = {}
+        self._built: dict[str, Pou] = {}
+        self._signatures: dict[str, Signature] = {}
+        self._declared_types = declared
+
+    def _claim(self, name: str, span: Span, what: str) -> bool:
+        """Types and POUs share one space of names."""
+        key = name.upper()
+        if key in self._first:
+            findings.duplicate(self.diagnostics, span, name, what, self._first[key])
+            return False
+        self._first[key] = span
+        if not self.library:
+            if key.startswith(PREFIX):
+                findings.reserved_prefix(self.diagnostics, span, name)
+            elif why := standard(key):
+                findings.reserved_name(self.diagnostics, span, name, why)
+        return True
+
+    def model(self) -> Model:
+        for key in self._declared_types:
+            self.types.named(self.globals, key)
+        global_variables = self.globals.build()
+        for key in self._pous:
+            self.signature(key)
+        used = dict(self._signatures)
+        for variable in (v for scope in (global_variables, *(p.variables for p in self._built.values()))
+                         for v in scope.values()):
+            pou = _instance_of(variable.type)
+            if pou is not None and pou not in used:
+                used[pou] = blocks.signature(pou)
+        order = call_order(self._built, self.diagnostics)
+        model = Model(
+            pous=self._built, types=self.types.types(), globals=global_variables, signatures=used,
+            resources=(), order=order, safe=dict(self.settings.safe), image_bytes=self.image_bytes,
+            enum_values={key: tuple(choices) for key, choices in self.types.enum_values.items()},
+            broken=self._broken(), incomplete=self.incomplete, damaged=self._damaged,
+        )
+        check_overlaps(model, self.diagnostics)
+        return Configurator(model, self.globals, self.settings, self.diagnostics).configured(self.configurations)
+
+    def _broken(self) -> dict[str, frozenset[str]]:
+        frames = {"": self.globals, **self._frames}
+        broken = {key: frozenset(frame.broken) for key, frame in frames.items() if frame.broken}
+        if self.types.broken:
+            broken[""] = broken.get("", frozenset()) | self.types.broken
+        return broken
+
+    # ---- what frames ask ----------------------------------------------------------------------------
+
+    def signature(self, key: str) -> Signature | None:
+        """The signature of a POU of the project; its variables are built when it is first asked for."""
+        if key in self._signatures:
+            return self._signatures[key]
+        node = self._pous.get(key)
+        if node is None or key in self._frames:
+            return None
+        frame = self._frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals)
+        variables = frame.build()
+        pins = {kind: tuple(v for v in variables.values() if v.kind == kind) for kind in _PINS}
+        result = self._result(node, frame)
+        signature = Signature(node.kind, node.name, *(tuple(map(_parameter, pins[k])) for k in _PINS),
+                              result=result, standard=self.library)
+        ordered = {v.name.upper(): v for kind in _PINS for v in pins[kind]}
+        ordered.update((key, v) for key, v in variables.items() if v.kind not in _PINS)
+        if result is not None:
+            ordered[key] = Variable(node.name, result, "local", span=node.name_span)
+        self._signatures[key] = signature
+        self._built[key] = Pou(signature, node.title, ordered, node.body, node.span)
+        return signature
+
+    def _result(self, node: ast.Pou, frame: Frame) -> Type | None:
+        if node.kind != "FUNCTION" or node.result is None:
+            return None
+        known = frame.type_of(node.result)
+        if known is not None and isinstance(known.type, Instance | Array) and _instance_of(known.type):
+            findings.not_allowed_here(self.diagnostics, node.result.span,
+                                      f"FUNCTION `{node.name}` returns a function block",
+                                      f"an instance of {_instance_of(known.type)}",
+                                      "return a value, or make it a FUNCTION_BLOCK")
+            known = None
+        if known is None:
+            frame.broken.add(node.name.upper())
+            return None
+        return known.type
+
+    def callables(self) -> Iterable[str]:
+        return [pou.name for pou in self._pous.values()]
+
+
+def _parameter(variable: Variable) -> Parameter:
+    return Parameter(variable.name, variable.type, variable.initial)
+
+
+def _instance_of(type_: Type) -> str | None:
+    while isinstance(type_, Array):
+        type_ = type_.element
+    return type_.pou if isinstance(type_, Instance) else None
+
+
+def _global_blocks(project: ast.Project, configurations: list[ast.Configuration]) -> list[ast.VarBlock]:
+    found = [block for file in project.files for block in file.globals]
+    for configuration in configurations[:1]:
+        found += configuration.var_blocks
+        for resource in configuration.resources:
+            found += resource.var_blocks
+    return found
+
+
+def _what_is_missing(pous: dict[str, ast.Pou], diagnostics: Diagnostics) -> tuple[bool, frozenset[str]]:
+    """Whether declarations were lost to syntax errors, and the POUs that lost only rungs."""
+    incomplete, damaged = False, set()
+    for diagnostic in diagnostics:
+        if not diagnostic.code.startswith("LD01") or diagnostic.severity is not Severity.ERROR:
+            continue
+        at = diagnostic.primary.span if diagnostic.primary is not None else None
+        around = next((key for key, pou in pous.items() if at is not None and _in_body(pou, at)), None)
+        if around is None:
+            incomplete = True
+        else:
+            damaged.add(around)
+    return incomplete, frozenset(damaged)
+
+
+def _in_body(pou: ast.Pou, at: Span) -> bool:
+    start = max((block.span.end for block in pou.var_blocks), default=pou.name_span.end)
+    return at.source is pou.span.source and start <= at.start < pou.span.end and at.start >= pou.body.span.start

@@ -1,0 +1,105 @@
+"""A POU's view of the model: what names mean in its body, and the typed elements of its rungs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Expr, Place
+from ldc.library import blocks
+from ldc.model import elements, expressions, ladder, ladder_blocks, places
+from ldc.model.pins import NetOf
+from ldc.model.project import Model
+from ldc.parser import ast
+from ldc.symbols import Signature, Variable
+from ldc.types import Enum, Type
+
+
+class Scope:
+    """Types the expressions and elements of one POU; with the name "" only globals are visible.
+
+    It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
+    given and returns None then.
+    """
+
+    def __init__(self, model: Model, pou_name: str = "") -> None:
+        self.model = model
+        self.pou = pou_name
+        self.image_bytes = model.image_bytes
+        found = model.pous.get(pou_name.upper()) if pou_name else None
+        self.kind = found.signature.kind if found is not None else ""
+        self.library = found is not None and found.signature.standard
+        self._globals = model.globals
+        self._locals = found.variables if found is not None else {}
+        self._known: dict[str, tuple[Variable, bool]] = {}
+        rungs = found.body.rungs if found is not None and isinstance(found.body, ast.LadderBody) else ()
+        self._labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
+
+    def expression(self, node: ast.Expr, wanted: Type | None, diagnostics: Diagnostics) -> Expr | None:
+        """The expression in the type that is asked for (None: its own), widening made explicit."""
+        return expressions.expression(self, node, wanted, diagnostics)
+
+    def place(self, node: ast.Expr, diagnostics: Diagnostics, write: bool = False) -> Place | None:
+        """The place that is named; with ``write`` it must be one that this POU may write."""
+        return places.place(self, node, diagnostics, write)
+
+    def element(
+        self, item: ast.Contact | ast.Coil | ast.Block | ast.Jump, net_of: NetOf, diagnostics: Diagnostics
+    ) -> elements.Element | None:
+        """The typed element. ``net_of`` gives the net of a pin's Branches or Junction; its attribute
+        ``type_of``, if there is one, the type of that net as known from the left."""
+        kind = type(item)
+        if kind is ast.Contact:
+            return ladder.contact(self, item, diagnostics)
+        if kind is ast.Coil:
+            return ladder.coil(self, item, diagnostics)
+        if kind is ast.Block:
+            return ladder_blocks.block(self, item, net_of, diagnostics)
+        return ladder.jump(self._labels, item, diagnostics, self.silent_labels)
+
+    # ---- the environment --------------------------------------------------------------------------
+
+    @property
+    def silent_labels(self) -> bool:
+        """Whether a rung may be missing because it was not understood."""
+        return self.pou.upper() in self.model.damaged
+
+    def variable(self, key: str) -> tuple[Variable, bool] | None:
+        found = self._known.get(key)
+        if found is None:
+            variable = self._locals.get(key)
+            if variable is not None:
+                found = variable, variable.kind == "external"
+            elif (variable := self._globals.get(key)) is not None:
+                found = variable, True
+            else:
+                return None
+            self._known[key] = found
+        return found
+
+    def silent(self, key: str) -> bool:
+        broken = self.model.broken
+        return self.model.incomplete or key in broken.get(self.pou.upper(), ()) or key in broken.get("", ())
+
+    def silent_pin(self, pou: str, key: str) -> bool:
+        broken = self.model.broken.get(pou, ())
+        return key in broken if key else bool(broken)
+
+    def type_named(self, key: str) -> Type | None:
+        return self.model.types.get(key)
+
+    def enum_values(self, key: str) -> tuple[tuple[Enum, int], ...]:
+        return self.model.enum_values.get(key, ())
+
+    def signature(self, key: str) -> Signature | None:
+        return self.model.signatures.get(key) or blocks.signature(key)
+
+    def names(self) -> Iterable[str]:
+        yield from (v.name for v in self._locals.values())
+        yield from (v.name for v in self._globals.values())
+        for key, choices in self.model.enum_values.items():
+            yield next(name for name, _ in choices[0][0].values if name.upper() == key)
+
+    def callables(self) -> Iterable[str]:
+        yield from (s.name for s in self.model.signatures.values())
+        yield from blocks.names()

@@ -1,0 +1,216 @@
+"""Literals and their types: what a value without a type becomes where a type is asked for.
+
+A literal without a prefix, and arithmetic on such literals, has no type until its context gives it
+one (DESIGN section 2); it is kept as ``Untyped`` and computed exactly until then.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Apply, Const, Expr, Load
+from ldc.library import functions
+from ldc.model import type_findings as findings
+from ldc.parser import ast
+from ldc.source import Span
+from ldc.types import (
+    BOOL,
+    DINT,
+    ELEMENTARY,
+    INT,
+    LINT,
+    LREAL,
+    REAL,
+    STRING,
+    ULINT,
+    WSTRING,
+    Elementary,
+    Enum,
+    Instance,
+    Scalar,
+    String,
+    Subrange,
+    Type,
+    storage,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Untyped:
+    """A number whose context decides its type."""
+
+    value: int | float
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class AnyEnum:
+    """The name of a value that several enumerations have; the context decides which is meant."""
+
+    name: str
+    choices: tuple[tuple[Enum, int], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class NetValue:
+    """What a net of the rung brings to a pin; None: its type is not known."""
+
+    type: Type | None
+
+
+Value = Const | Load | Apply | Untyped | AnyEnum
+
+
+def single(value: float) -> float:
+    """Rounded to the 32 bits of a REAL; OverflowError when it is too large."""
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+def natural(value: int | float) -> Elementary:
+    """The type that a number has when nothing decides: INT, or the least wider one that holds it; REAL."""
+    if isinstance(value, float):
+        return REAL
+    for type_ in (INT, DINT, LINT):
+        if type_.range[0] <= value <= type_.range[1]:
+            return type_
+    return ULINT
+
+
+def fits(value: int | float, type_: Type) -> bool:
+    """Whether an untyped number can become a value of the type without a conversion function."""
+    base = storage(type_)
+    if isinstance(type_, Enum) or not isinstance(base, Elementary):
+        return False
+    if base.kind == "real":
+        return True
+    if isinstance(value, float) or base.kind not in ("bool", "int", "uint", "bits"):
+        return False
+    low, high = (type_.low, type_.high) if isinstance(type_, Subrange) else base.range
+    return low <= value <= high
+
+
+def settle(value: Untyped | AnyEnum, type_: Type | None, diagnostics: Diagnostics, what: str = "") -> Const | None:
+    """Give an undecided value the type that is asked for, or its natural one."""
+    if type(value) is AnyEnum:
+        return _settle_enum(value, type_, diagnostics)
+    number, span = value.value, value.span
+    if type_ is None:
+        type_ = natural(number)
+    base = storage(type_)
+    kind = base.kind if isinstance(base, Elementary) and not isinstance(type_, Enum) else ""
+    if kind == "real":
+        try:
+            return Const(single(number) if base == REAL else float(number), base, span)
+        except OverflowError:
+            findings.does_not_fit(diagnostics, span, shown(number), base)
+            return None
+    if kind not in ("bool", "int", "uint", "bits") or isinstance(number, float):
+        findings.mismatch(diagnostics, span, type_, natural(number), what)
+        return None
+    if not fits(number, type_):
+        findings.does_not_fit(diagnostics, span, shown(number), type_)
+        return None
+    return Const(bool(number) if kind == "bool" else number, base, span)
+
+
+def shown(number: int | float) -> str:
+    """A number for a message: huge ones are cut."""
+    text = str(number) if not isinstance(number, int) or abs(number) < 1 << 256 else "this number"
+    return text
+
+
+def _settle_enum(value: AnyEnum, type_: Type | None, diagnostics: Diagnostics) -> Const | None:
+    for enum, number in value.choices:
+        if enum == type_:
+            return Const(number, enum, value.span)
+    names = " and ".join(str(enum) for enum, _ in value.choices)
+    findings.bad_enum_value(diagnostics, value.span, f"`{value.name}` is a value of {names}", "which one?",
+                            f"write `{value.choices[0][0]}#{value.name}`")
+    return None
+
+
+def literal(node: ast.Literal, named: Type | None, diagnostics: Diagnostics) -> Value | None:
+    """A literal; ``named`` is the type of the project that its prefix names, if it does."""
+    value = node.value
+    if node.type is None:
+        if isinstance(value, bytes):
+            return Const(value, STRING if len(value) <= 80 else String("STRING", len(value)), node.span)
+        if isinstance(value, str):
+            return Const(value, WSTRING if len(value) <= 80 else String("WSTRING", len(value)), node.span)
+        if isinstance(value, bool):
+            return Const(value, BOOL, node.span)
+        return Untyped(value, node.span)
+    type_ = named or ELEMENTARY.get(node.type)
+    if type_ is None:
+        findings.unknown_type_prefix(diagnostics, node.span, node.type, "")
+        return None
+    if isinstance(type_, String):
+        return Const(value, type_ if len(value) <= 80 else String(type_.name, len(value)), node.span)
+    if isinstance(type_, Elementary) and type_.kind in ("time", "date", "tod", "dt"):
+        low, high = type_.range
+        if not low <= value <= high:
+            findings.does_not_fit(diagnostics, node.span, node.text, type_)
+            return None
+        return Const(value, type_, node.span)
+    return settle(Untyped(value if isinstance(value, float) else int(value), node.span), type_, diagnostics)
+
+
+def same(a: Type, b: Type) -> bool:
+    """Whether values of the two types are interchangeable: a subrange counts as its base, the length
+    of a string does not matter (what is too long is cut)."""
+    if a is b or a == b:
+        return True
+    if isinstance(a, Subrange):
+        a = a.base
+    if isinstance(b, Subrange):
+        b = b.base
+    if isinstance(a, String) and isinstance(b, String):
+        return a.name == b.name
+    return a == b
+
+
+def coerce(
+    value: Value, wanted: Type | None, diagnostics: Diagnostics, span: Span, what: str = ""
+) -> Expr | None:
+    """The value in the type that is asked for, implicit widening made explicit; None after an error."""
+    if type(value) is Untyped or type(value) is AnyEnum:
+        return settle(value, wanted, diagnostics, what)
+    got = value.type
+    if wanted is None or got is wanted or same(got, wanted):
+        if isinstance(value, Const) and wanted is not None and not const_fits(value.value, wanted):
+            findings.does_not_fit(diagnostics, span, "this constant", wanted)
+            return None
+        if isinstance(got, Instance):
+            findings.not_a_value(diagnostics, span, f"an instance of {got} is no value",
+                                 "this is a function block", "name one of its outputs, `instance.pin`")
+            return None
+        return value
+    source, target = storage(got), storage(wanted)
+    simple = not isinstance(got, Enum) and not isinstance(wanted, Enum)
+    if simple and isinstance(source, Elementary) and isinstance(target, Elementary) \
+            and functions.widens(source, target):
+        return converted(value, source, target, span)
+    findings.mismatch(diagnostics, span, wanted, got, what)
+    return None
+
+
+def const_fits(value: Scalar, type_: Type) -> bool:
+    """Whether a constant of the right kind keeps the limits that its target declares."""
+    if isinstance(type_, Subrange):
+        return type_.low <= value <= type_.high
+    return not isinstance(type_, String) or len(value) <= type_.length
+
+
+def converted(value: Expr, source: Elementary, target: Elementary, span: Span) -> Expr:
+    """The conversion as a function; of a constant, its result."""
+    name = functions.conversion(source, target)
+    if isinstance(value, Const):
+        return Const(functions.meaning(name, (source,), target)(value.value), target, value.span)
+    return Apply(name, (value,), target, span)
+
+
+def is_real(type_: Type | None) -> bool:
+    return type_ == REAL or type_ == LREAL
