@@ -52,6 +52,7 @@ class Reader:
         self.code: list[Instr] = []
         self.acc = Accumulator()
         self.stack: list[Open] = []
+        self.forgiven = 0
         self.regions = Regions(self.code)
         self.labels: dict[str, tuple[str, Span]] = {}
         self.jumps: list[tuple[int, Span]] = []
@@ -179,6 +180,7 @@ class Reader:
         if not self.stack:
             return True
         findings.inside_parentheses(self.diagnostics, self.at, what, self.stack[-1].span)
+        self.forgiven += len(self.stack)
         self.stack.clear()
         self.acc.set(POISON)
         return False
@@ -379,7 +381,10 @@ class Reader:
                 self.acc.set(BOOL)
 
     def _cannot_join(self, op: str, left: Type, right: Type) -> None:
-        help = _conversion_line(left, right) or conversion_help(right, left)
+        if _plain(op.removesuffix("(")) in LOGIC:
+            help = "compare numbers first, for example by `GT 0`" if BOOL in (left, right) else ""
+        else:
+            help = _conversion_line(left, right) or _conversion_line(right, left, "convert the operand by `")
         findings.wrong_types(self.diagnostics, self.at,
                              f"`{op}` cannot join {described(left)} with {described(right)}",
                              f"the accumulator holds {described(left)}", help)
@@ -412,7 +417,9 @@ class Reader:
 
     def _closing(self) -> None:
         if not self.stack:
-            findings.unbalanced(self.diagnostics, self.at, "nothing is open here", "take it away")
+            if self.forgiven == 0:
+                findings.unbalanced(self.diagnostics, self.at, "nothing is open here", "take it away")
+            self.forgiven = max(0, self.forgiven - 1)
             return
         defined = self.acc.defined
         self.use(")")
@@ -510,9 +517,11 @@ def _plain(op: str) -> str:
     return op[:-1] if op in ("ANDN", "ORN", "XORN") else op
 
 
-def _conversion_line(got: Type, wanted: Type) -> str:
+def _conversion_line(got: Type, wanted: Type, convert: str = "convert it by `") -> str:
     help = conversion_help(got, wanted)
-    return help.replace("(...)`", "` on a line before") if help.startswith("convert") else ""
+    if not help.startswith("convert it by `"):
+        return help
+    return help.replace("convert it by `", convert).replace("(...)`", "` on a line before")
 
 
 def _restored(variable: Variable) -> Variable:
