@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial, reduce
 
+from ldc.expr import Const
 from ldc.il.program import COMPARISON, LOGIC, Unit
 from ldc.library import functions
-from ldc.types import BOOL, Elementary, Enum, Subrange, Type, Value, storage
+from ldc.types import BOOL, REAL, Elementary, Enum, Subrange, Type, Value, storage
 from runtime.vm import expression as ex
 from runtime.vm.arithmetic import bad_index, divide, make_f32, modulo
 from runtime.vm.expression import Expression
@@ -24,6 +25,7 @@ class Calls:
         self._memory = memory
         self._units = memory.layout.units
         self._known: dict[object, str] = {}
+        self._meanings: dict[tuple, Callable] = {}
         self.f32 = make_f32()
         self.names: dict[str, object] = {
             "_f32": self.f32, "_div": divide, "_mod": modulo, "_bad_index": bad_index,
@@ -61,9 +63,18 @@ class Calls:
         unit = self.function(name)
         return unit is not None and not any(v.kind in ("input", "in_out") for v in unit.variables)
 
+    def rounded(self, constant: Const):
+        """The value of a constant, a REAL rounded to 32 bit."""
+        return self.f32(constant.value) if storage(constant.type) == REAL else constant.value
+
     def meaning_of(self, op: str, arg_types: tuple[Type, ...], result: Type) -> Callable:
         """The library's meaning of a function on values of these types."""
-        return functions.meaning(op, tuple(plain(t) for t in arg_types), plain(result))
+        key = (op, arg_types, result)
+        found = self._meanings.get(key)
+        if found is None:
+            found = functions.meaning(op, tuple(plain(t) for t in arg_types), plain(result))
+            self._meanings[key] = found
+        return found
 
     def meaning(self, op: str, arg_types: tuple[Type, ...], result: Type) -> str:
         """The name under which generated code calls ``meaning_of``."""

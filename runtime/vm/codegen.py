@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place
 from ldc.il.program import Instr, Unit
-from ldc.types import BOOL, Array, Elementary, Instance, String, Struct, Type, default, is_scalar, storage
+from ldc.types import BOOL, REAL, Array, Instance, String, Struct, Type, default, is_scalar, storage
 from runtime.vm import expression as ex
 from runtime.vm.calls import Calls
 from runtime.vm.control import JUMPS, Flat, Plan, flatten, plan
@@ -228,8 +228,7 @@ class Body:
 
     def _load(self, operand: Const | Place) -> Expression:
         if isinstance(operand, Const):
-            value = self.pool.f32(operand.value) if storage(operand.type) == _REAL else operand.value
-            return ex.constant(value, operand.type)
+            return ex.constant(self.pool.rounded(operand), operand.type)
         root = self.names.root(operand)
         if root.text.startswith("l_"):
             self._use_local(root.text)
@@ -407,7 +406,7 @@ class Body:
         return self._spill(made)
 
     def _rounded(self, value: Expression) -> Expression:
-        if storage(value.type) != _REAL:
+        if storage(value.type) != REAL:
             return value
         return Expression(f"_f32({value.text})", value.type, ex.ATOM, value.reads, value.depth + 1)
 
@@ -513,9 +512,6 @@ class Body:
         name = self.pool.meaning(op, tuple(a.type for a in args), type_)
         reads = frozenset().union(*(a.reads for a in args))
         return self._spill(Expression(f"{name}({', '.join(a.text for a in args)})", type_, ex.ATOM, reads, 1))
-
-
-_REAL = Elementary("REAL", "real", 32)
 
 
 def _negated(condition: str) -> str:

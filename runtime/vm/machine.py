@@ -105,6 +105,13 @@ class Machine:
         else:
             self._late.append((symbol, value))
 
+    def feed(self, cells: dict[str, object]) -> None:
+        """Many inputs at once, by the cell that ``Symbol.home`` names; the dictionary is the machine's now."""
+        if self.pending:
+            self.pending.update(cells)
+        else:
+            self.pending = cells
+
     def get(self, path: str) -> bool | int | float | str:
         """The value of a variable as the last scan left it. Raises UnknownSymbol."""
         symbol = self.symbols.find(path)
@@ -138,7 +145,7 @@ class Machine:
         namespace = self.code.namespace
         if self.pending:
             namespace.update(self.pending)
-            self.pending.clear()
+            self.pending = {}
         if self._late:
             self.latch_late()
         namespace[NOW] = self.now_ns
@@ -161,7 +168,7 @@ class Machine:
         """The first part of a scan for an engine that executes tasks itself: latches, tells what is due."""
         namespace = self.code.namespace
         namespace.update(self.pending)
-        self.pending.clear()
+        self.pending = {}
         self.latch_late()
         namespace[NOW] = self.now_ns
         return [s for s in (self.schedules if self._always else self.due()) if not s.stopped]

@@ -1,0 +1,65 @@
+"""Traces: CSV with the header ``scan,t_ms,`` and the watched variables, a row per scan (DESIGN section 8)."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
+
+from runtime.values import milliseconds, show
+from runtime.vm.machine import Machine
+
+
+class Trace:
+    """Writes to ``stream``: the header at once, a row at each ``sample`` (after a scan).
+
+    ``names`` are the columns as they were asked for. Raises UnknownSymbol for one that is none.
+    """
+
+    def __init__(self, machine: Machine, names: Sequence[str], stream: TextIO) -> None:
+        self._machine = machine
+        self._symbols = machine.find(names)
+        self._writer = csv.writer(stream, lineterminator="\n")
+        self._writer.writerow(("scan", "t_ms", *names))
+
+    def sample(self) -> None:
+        """The row of the scan that has just ended."""
+        machine = self._machine
+        values = machine.sample(self._symbols)
+        self._writer.writerow((
+            machine.scans - 1, milliseconds(machine.now_ns - machine.period_ns),
+            *(show(value, symbol.type) for value, symbol in zip(values, self._symbols, strict=True))))
+
+
+def record(machine: Machine, names: Sequence[str], scans: int, stimuli=None) -> str:
+    """Runs some scans and gives their trace as text. ``stimuli``: a ``runtime.stimuli.Stimuli``."""
+    text = io.StringIO()
+    trace = Trace(machine, names, text)
+    for _ in range(scans):
+        if stimuli is not None:
+            stimuli.apply(machine)
+        machine.scan()
+        trace.sample()
+    return text.getvalue()
+
+
+@contextmanager
+def atomic(path: str | Path) -> Iterator[TextIO]:
+    """A text file that appears under its name only when all of it was written; OSError as ``open`` raises it."""
+    path = Path(path)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
+            yield stream
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
