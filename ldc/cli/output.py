@@ -6,7 +6,10 @@ import os
 import stat
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from ldc.cli.console import Failure, UsageError, is_terminal
 
@@ -29,22 +32,33 @@ def write_file(path: Path, data: bytes) -> None:
 
     Raises Failure when the folder or the file cannot be written.
     """
+    with replacing(path) as file:
+        file.write(data)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file to write to, which takes the name `path` when the block ends well; see `write_file`.
+
+    What is no plain file (a device, a pipe) is written to as it is: it must not be replaced.
+    """
     try:
         path = path.resolve()
         mode = path.stat().st_mode if path.exists() else None
         if mode is not None and not stat.S_ISREG(mode):
-            path.write_bytes(data)
+            with open(path, "wb") as file:
+                yield file
             return
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(data)
+                yield file
             os.chmod(temporary, stat.S_IMODE(mode) if mode is not None else 0o666 & ~_umask())
             os.replace(temporary, path)
         except BaseException:
             os.unlink(temporary)
             raise
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise Failure(f"cannot write `{path}`: {reason}") from error
 

@@ -1,0 +1,136 @@
+"""`ldc run`: a program in virtual time, its inputs from a file, what it does as a trace or on the screen."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ldc import pipeline
+from ldc.cli.compiling import compiled
+from ldc.cli.console import Failure, UsageError, is_terminal, report, say
+from ldc.cli.inputs import read
+from ldc.cli.output import replacing
+from ldc.cli.watching import ChangeLines, LiveTable
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.manifest import Manifest
+from ldc.reading import read_source
+from ldc.render import plural
+from runtime.stimuli import Stimuli
+from runtime.stimuli import read as read_stimuli
+from runtime.trace import Trace
+from runtime.values import milliseconds
+from runtime.vm.machine import Machine
+from runtime.vm.symbols import UnknownSymbol
+
+SCANS = 100
+"""How long a run is when nothing says it."""
+
+Sample = Callable[[], None]
+
+
+def run(options: argparse.Namespace) -> int:
+    """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
+    sources = read(options.sources)
+    result = compiled(sources, pipeline.Options(keep=False))
+    machine = start(result, options.period, sources.manifest)
+    stimuli = _stimuli(options.inputs, sources.manifest, machine)
+    names = _watched(options.watch, sources.manifest, machine)
+    scans = _length(options, stimuli, machine)
+    with _display(options.trace, machine, names, scans) as sample:
+        for _ in range(scans):
+            stimuli.apply(machine)
+            machine.scan()
+            sample()
+    say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
+    return report(fault.diagnostic() for fault in machine.faults)
+
+
+def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | None) -> Machine:
+    """The machine for a compiled project; `period` of the command line wins over that of the project."""
+    resources = result.program.resources
+    if not any(resource.runs for resource in resources):
+        raise Failure("there is no PROGRAM to run")
+    number = next(i for i, resource in enumerate(resources) if resource.runs)
+    if sum(bool(resource.runs) for resource in resources) > 1:
+        say(f"note: only processor `{resources[number].processor}` is run")
+    return Machine(result.program, number, period or (manifest.period if manifest else None))
+
+
+def _stimuli(inputs: str | None, manifest: Manifest | None, machine: Machine) -> Stimuli:
+    path = Path(inputs) if inputs else None
+    if path is None and manifest and manifest.inputs:
+        path = manifest.folder / manifest.inputs
+    if path is None:
+        return Stimuli({})
+    diagnostics = Diagnostics()
+    source = read_source(path, path.as_posix(), diagnostics)
+    stimuli = read_stimuli(source, machine.symbols, diagnostics) if source else None
+    if stimuli is None:
+        raise Invalid(diagnostics)
+    return stimuli
+
+
+def _watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> tuple[str, ...]:
+    """The paths to show: those asked for, those of the project, or all located inputs and outputs."""
+    if asked is not None:
+        names = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", asked) if name.strip())
+        for name in names:
+            try:
+                machine.find([name])
+            except UnknownSymbol as error:
+                raise UsageError(str(error)) from error
+        return names
+    if manifest and manifest.watch:
+        diagnostics = Diagnostics()
+        for name in manifest.watch:
+            try:
+                machine.find([name])
+            except UnknownSymbol as error:
+                span = manifest.value_span("run", "watch")
+                diagnostics.error("LD0620", f"cannot watch `{name}`: {error}", span, help="name a variable as in "
+                                  "`motor`, `warm.Q`, `conveyor.warm.Q` or `%QX0.0`")
+        if diagnostics.has_errors:
+            raise Invalid(diagnostics)
+        return manifest.watch
+    located = {area: [s.path for s in machine.symbols.all() if s.area == area] for area in "IQ"}
+    return _short((*located["I"], *located["Q"]), machine)
+
+
+def _short(paths: tuple[str, ...], machine: Machine) -> tuple[str, ...]:
+    """Paths without the name of the program when there is only one."""
+    runs = machine.program.resources[machine.resource].runs
+    if len(runs) != 1:
+        return paths
+    prefix = f"{runs[0].name.upper()}."
+    return tuple(path[len(prefix) :] if path.upper().startswith(prefix) else path for path in paths)
+
+
+def _length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) -> int:
+    if options.scans:
+        return options.scans
+    if options.duration:
+        return -(-options.duration // machine.period_ns)
+    return stimuli.last + 1 if stimuli.last >= 0 else SCANS
+
+
+@contextmanager
+def _display(trace: str | None, machine: Machine, names: tuple[str, ...], scans: int) -> Iterator[Sample]:
+    """What is done after each scan."""
+    if trace == "-":
+        yield Trace(machine, names, sys.stdout).sample
+    elif trace:
+        with replacing(Path(trace)) as file:
+            text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+            yield Trace(machine, names, text).sample
+            text.flush()
+            text.detach()
+    elif is_terminal(sys.stdout):
+        with LiveTable(machine, names, scans) as table:
+            yield table.sample
+    else:
+        yield ChangeLines(machine, names, sys.stdout).sample
