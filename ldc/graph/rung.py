@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from ldc.model.elements import Block, Element, Net
 from ldc.source import Span
 from ldc.types import BOOL, Type
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 RAIL: Net = 0
+
+
+@dataclass(frozen=True, slots=True)
+class JunctionUse:
+    """A place where the drawing names a net."""
+
+    name: str
+    net: Net
+    span: Span
 
 
 @dataclass(frozen=True)
@@ -34,6 +45,7 @@ class RungGraph:
     net_names: tuple[str, ...]
     span: Span
     net_types: tuple[Type, ...] = ()
+    junctions: tuple[JunctionUse, ...] = ()
 
     def net_type(self, net: Net) -> Type:
         return self.net_types[net] if net < len(self.net_types) else BOOL
@@ -65,8 +77,26 @@ class RungGraph:
         return tuple(map(tuple, table))
 
     @cached_property
+    def outgoing(self) -> tuple[tuple[int, ...], ...]:
+        """Per net, the elements that wait for it (by power or by a pin), in drawing order."""
+        table: list[list[int]] = [[] for _ in self.net_names]
+        for index in range(len(self.elements)):
+            for net in self.sources(index):
+                if not table[net] or table[net][-1] != index:
+                    table[net].append(index)
+        return tuple(map(tuple, table))
+
+    @cached_property
+    def in_order(self) -> bool:
+        """Whether the drawing order feeds every net before it is used: no loop, nothing to sort."""
+        last = [feeders[-1] if feeders else -1 for feeders in self.incoming]
+        return all(last[net] < index for index in range(len(self.elements)) for net in self.sources(index))
+
+    @cached_property
     def graph(self) -> nx.MultiDiGraph:
         """The networkx view: edge keys are (element index, input ordinal, output ordinal)."""
+        import networkx as nx  # slow to load, and only this view needs it
+
         graph = nx.MultiDiGraph()
         graph.add_nodes_from(range(len(self.net_names)))
         for index in range(len(self.elements)):

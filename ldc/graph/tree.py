@@ -16,7 +16,11 @@ from ldc.model.elements import Net
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """Element ``index`` of the rung. ``pins``: trees of input pins whose net feeds only that pin."""
+    """Element ``index`` of the rung.
+
+    ``pins``: the trees of the input pins that are fed by a net, in declared order; a pin whose net
+    is used elsewhere too, or carries a value, has a ``Tap`` (in a loop: a Parallel of taps).
+    """
 
     index: int
     pins: tuple[tuple[str, Tree], ...] = ()
@@ -24,9 +28,11 @@ class Leaf:
 
 @dataclass(frozen=True, slots=True)
 class Tap:
-    """The power kept for ``net`` by an earlier step, or (``previous``) in the previous execution.
+    """What is kept for ``net`` (the steps and block outputs that feed it all came before), or
+    (``previous``) was kept in the previous execution. Net 0 is the left rail: TRUE.
 
-    Net 0 is the left rail: TRUE.
+    What is tapped with ``previous`` is kept in a hidden memory (``Memories.nets``) instead of a
+    temporary; it is written after every such tap of the same execution, so both read one variable.
     """
 
     net: Net
@@ -52,7 +58,12 @@ Tree = Leaf | Tap | Series | Parallel
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """``net := tree``, or the effects of ``tree`` when ``net`` is None."""
+    """``net := tree``, or the effects of ``tree`` when ``net`` is None.
+
+    Several steps for one net, and the blocks whose output pins feed it, are joined by OR. Nets from
+    ``len(graph.net_names)`` on are made by the reduction: what one element gives a net in a loop that
+    others feed too.
+    """
 
     net: Net | None
     tree: Tree
@@ -61,7 +72,10 @@ class Step:
 @dataclass(frozen=True, slots=True)
 class SPTree:
     """``previous``: elements whose power must be remembered for the next execution (loops through a
-    block, DESIGN section 3 rule 5)."""
+    block, DESIGN section 3 rule 5). ``outputs``: (block, output pin, net) for pins
+    that are kept under another net than the one they are drawn to (a loop net that others feed too);
+    all other output pins with a net are kept under that net when the block's leaf has run."""
 
     steps: tuple[Step, ...]
     previous: tuple[int, ...] = ()
+    outputs: tuple[tuple[int, str, Net], ...] = ()
