@@ -8,7 +8,7 @@ from pathlib import Path
 from ldc.cli.console import OK, WRONG, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import write_file
-from ldc.diagnostics import Diagnostics
+from ldc.diagnostics import Diagnostics, Severity
 from ldc.parser import parse_file
 from ldc.parser.format import format_file
 from ldc.render import plural
@@ -18,15 +18,17 @@ def run(options: argparse.Namespace) -> int:
     """Files with syntax errors are reported and left as they are; the others are still formatted."""
     diagnostics = Diagnostics()
     changed = total = 0
-    for source in read(options.sources).files:
+    # Files have a form whatever they belong to, so several projects may be named here.
+    sources = {Path(file.path).resolve(): file for path in options.sources for file in read([path]).files}
+    for source in sources.values():
         if not source.path.lower().endswith(".ld"):
             continue
-        total += 1
         own = Diagnostics()
         file = parse_file(source, own)
         diagnostics.extend(own)
         if own.has_errors:
             continue
+        total += 1
         # What is on the disk counts: line ends and a byte order mark are brought into form as well.
         path, data = Path(source.path), format_file(file).encode("utf-8")
         if path.read_bytes() == data:
@@ -35,8 +37,9 @@ def run(options: argparse.Namespace) -> int:
         say(f"{'would reformat' if options.check else 'reformatted'} {source.path}")
         if not options.check:
             write_file(path, data)
-    status = report(d for d in diagnostics if d.severity == "error")
-    say(_summary(changed, total, options.check))
+    status = report(d for d in diagnostics if d.severity is Severity.ERROR)
+    if total or status == OK:
+        say(_summary(changed, total, options.check))
     return WRONG if options.check and changed else status
 
 
