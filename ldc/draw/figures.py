@@ -127,7 +127,8 @@ def simple(item: ast.Item, options: Options, marks: Marks) -> Figure:
     known = options.notes.get(expr.name.upper(), ()) if isinstance(expr, ast.Name) else ()
     notes = tuple(shorten(note, max(MOST_NOTE, text_width(text))) for note in known)
     width = max(3, *map(text_width, (text, *notes))) + 2
-    return Figure(kind, item, (text,), width, 1, len(notes) + caret, notes, full, mark)
+    below = len(notes) + caret + (1 if notes else 0)
+    return Figure(kind, item, (text,), width, 1, below, notes, full, mark)
 
 
 def _expression(item: ast.Contact, caret: int, options: Options, mark: str | None) -> Figure:
@@ -145,7 +146,7 @@ def tag(item: ast.Junction, options: Options, marks: Marks, kind: str) -> Figure
     mark = marks.get(id(item))
     full = "@" + item.name
     text = shorten(full, min(room(options) - 2, MOST_OPERAND))
-    width = max(1, text_width(text)) + 2
+    width = text_width(text) + (3 if kind == "sink" else 2)
     return Figure(kind, item, (text,), width, 1, 1 if mark and options.carets else 0, full=full, mark=mark)
 
 
@@ -219,7 +220,8 @@ def block(item: ast.Block, left: list[Port], right: list[Port], options: Options
         taken = offset + (port.below if port is not None else 0)
         rows.append(Row(offset, port, right[index] if index < len(right) else None))
     title = shorten(item.type, MOST_TYPE)
-    name = shorten(expr_text(item.instance), min(MOST_OPERAND, room(options) - 2)) if item.instance else ""
+    whole = expr_text(item.instance) if item.instance else ""
+    name = shorten(whole, min(MOST_OPERAND, room(options) - 2))
     pairs = [(text_width(r.left.name) if r.left else 0, text_width(r.right.name) if r.right else 0) for r in rows]
     box = max(text_width(title) + 4, *(a + b + (2 if a and b else 1) + 2 for a, b in pairs), 7)
     outside = room(options) - box - 8
@@ -232,7 +234,7 @@ def block(item: ast.Block, left: list[Port], right: list[Port], options: Options
     below = max(rows[-1].offset + 1 + (1 if mark and options.carets else 0), taken)
     return Figure(
         "block", item, (title, name) if name else (title,), before + box + behind, 3 if name else 2, below,
-        full=f"{name}: {item.type}" if name else item.type, mark=mark, rows=tuple(rows), box=box, left=before,
+        full=f"{whole}: {item.type}" if whole else item.type, mark=mark, rows=tuple(rows), box=box, left=before,
     )
 
 

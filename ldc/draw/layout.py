@@ -19,7 +19,7 @@ class _Placer:
     def __init__(self, found: Arrangement, options: Options, width: int) -> None:
         self.found, self.options = found, options
         self.shapes: list[Shape] = []
-        needs = [1] * found.columns
+        needs = [3] * found.columns
         for figure in found.figures:
             needs[figure.column] = max(needs[figure.column], figure.width)
         self.needs = needs
@@ -39,11 +39,13 @@ class _Placer:
         return self.at[-1] if net == RIGHT else self.at[self.found.rank[net]]
 
     def first(self, figure: Figure) -> int:
-        """The first column of a figure: the middle of its column, coils at the right end of theirs."""
+        """The first column of a figure: the middles of contacts and coils stand under each other."""
         column, need = figure.column, self.needs[figure.column]
         begin = self.at[column] + 1 + (self.stretch if column == self.found.zone else 0)
         if figure.kind == "jump":
             return begin + need - figure.width
+        if figure.kind in ("contact", "coil", "label"):
+            return begin + (need - 1) // 2 - (figure.width - 1) // 2
         return begin + (need - figure.width) // 2
 
     # ---- power ------------------------------------------------------------------------------------
@@ -171,7 +173,8 @@ class _Placer:
         middle = left + (figure.box - 1) / 2
         self.text(figure, figure.lines[0], middle, top + 1, "middle", "type", figure.node.type)
         if len(figure.lines) > 1:
-            self.text(figure, figure.lines[1], middle, top - 1, "middle", "name", figure.full)
+            name = figure.full.removesuffix(f": {figure.node.type}")
+            self.text(figure, figure.lines[1], middle, top - 1, "middle", "name", name)
         for row in figure.rows:
             if row.left is not None:
                 self.pin(figure, row.left, left, figure.y + row.offset, True)

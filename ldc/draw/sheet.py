@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -23,41 +24,50 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """``fill``: columns of the widest rung that fits the page; all rungs take these."""
+    """``heading``: kind, name and title. ``fill``: columns of the widest rung; all rungs take these."""
 
-    heading: str
+    heading: tuple[str, ...]
     entries: tuple[Entry, ...]
     fill: int
 
 
-def heading_of(rung: ast.Rung, number: int | None) -> str:
-    """Number, name and title of a rung, those that it has, two blanks between."""
-    parts = (str(number) if number is not None else None, rung.name, rung.title)
-    return "  ".join(part for part in parts if part)
+def heading_of(rung: ast.Rung, number: int | None) -> dict[str, str]:
+    """Number, name and title of a rung: those that it has."""
+    parts = {"number": str(number or ""), "rung": rung.name or "", "title": rung.title or ""}
+    return {role: " ".join(text.split()) for role, text in parts.items() if text}
 
 
 def sheet_of(pou: ast.Pou, comments: Iterable[ast.Comment], options: Options) -> Sheet:
     """The sheet of a ladder POU; a body in another language gives one without rungs."""
-    heading = "  ".join(part for part in (pou.kind, pou.name, pou.title) if part)
-    rungs = pou.body.rungs if isinstance(pou.body, ast.LadderBody) else ()
-    before = _comments_before(rungs, comments)
+    heading = tuple(part for part in (pou.kind, pou.name, pou.title) if part)
+    if not isinstance(pou.body, ast.LadderBody):
+        return Sheet(heading, (), 0)
+    before = _comments_before(pou.body, comments)
     entries = tuple(
-        Entry(number, rung, arrange(rung, options), before[number - 1]) for number, rung in enumerate(rungs, 1)
+        Entry(number, rung, arrange(rung, options), before[number - 1])
+        for number, rung in enumerate(pou.body.rungs, 1)
     )
     fill = max((piece.width for entry in entries for piece in bands(entry.found, options)), default=0)
     return Sheet(heading, entries, fill)
 
 
-def _comments_before(
-    rungs: tuple[ast.Rung, ...], comments: Iterable[ast.Comment]
-) -> list[tuple[str, ...]]:
-    """Per rung, the comments between the rung before (its line's end) and itself."""
-    result = []
-    waiting = sorted(comments, key=lambda comment: comment.span.start)
-    last = 0
-    for rung in rungs:
-        source, start = rung.span.source, rung.span.start
-        own = [c for c in waiting if c.span.source is source and last <= c.span.start < start]
-        result.append(tuple(comment_text(c.text) for c in own))
-        last = rung.span.end
+def _comments_before(body: ast.LadderBody, comments: Iterable[ast.Comment]) -> list[tuple[str, ...]]:
+    """Per rung, the comments between the rung before (or the beginning of the body) and itself, and
+    those behind it on its last line."""
+    waiting = sorted(
+        (c for c in comments if c.span.source is body.span.source), key=lambda comment: comment.span.start
+    )
+    starts = [comment.span.start for comment in waiting]
+    result, last = [], body.span.start
+    for rung in body.rungs:
+        source, end = rung.span.source, rung.span.end
+        line, _ = source.position(max(end - 1, 0))
+        first, at = bisect_left(starts, last), bisect_left(starts, rung.span.start)
+        own, after = waiting[first:at], bisect_left(starts, end)
+        while after < len(waiting) and waiting[after].span.position[0] == line:
+            own.append(waiting[after])
+            end = waiting[after].span.end
+            after += 1
+        result.append(tuple(comment_text(comment.text) for comment in own))
+        last = end
     return result

@@ -17,7 +17,6 @@ SHAPES = f"""
 .ldc .ldc-dot,.ldc .ldc-arrow{{stroke:none}}
 .ldc .ldc-symbol text{{font-size:12px;font-weight:700}}
 .ldc .ldc-type,.ldc .ldc-rung,.ldc .ldc-number,.ldc .ldc-pou,.ldc .ldc-jump{{font-weight:700}}
-.ldc .ldc-pou{{font-size:17px}}
 .ldc .ldc-note,.ldc .ldc-next{{font-size:11px}}
 .ldc .ldc-comment{{font-style:italic}}
 """
@@ -44,8 +43,8 @@ _COLOURS = """
 .ldc .ldc-box{fill:@block;stroke:@ink}
 .ldc .ldc-expression{fill:@expression}
 .ldc .ldc-rule{stroke:@rule}
-.ldc .ldc-number,.ldc .ldc-note,.ldc .ldc-comment,.ldc .ldc-next{fill:@faint}
-.ldc .ldc-title,.ldc .ldc-pin{fill:@soft}
+.ldc .ldc-number,.ldc .ldc-kind,.ldc .ldc-note,.ldc .ldc-comment,.ldc .ldc-next{fill:@faint}
+.ldc .ldc-title,.ldc .ldc-about,.ldc .ldc-pin{fill:@soft}
 .ldc .ldc-tag{fill:@tag}
 .ldc .ldc-jump{fill:@jump}
 .ldc path.ldc-on,.ldc .ldc-symbol.ldc-on path,.ldc rect.ldc-on{stroke:@on}

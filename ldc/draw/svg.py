@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
-from xml.sax.saxutils import escape, quoteattr
+from dataclasses import replace
+from xml.sax.saxutils import escape
 
 from ldc.draw.arrange import Arrangement, arrange
 from ldc.draw.labels import BlockPins, Options, fold, notes_of, shorten, standard_pins, text_width
 from ldc.draw.shapes import Arrow, Box, Dot, Drawing, Label, Rail, Shape, Symbol, Wire
-from ldc.draw.sheet import heading_of, sheet_of
+from ldc.draw.sheet import Sheet, heading_of, sheet_of
 from ldc.draw.style import CSS
 from ldc.draw.wrap import bands
 from ldc.parser import ast
+from ldc.parser.unparse import paths_text
 from ldc.source import Span
 
-CELL, LINE, EDGE = 8, 18, 16
+CELL, LINE, EDGE = 8, 20, 16
 """Pixels: a column (a 13 px font advances 7.8), a line, the margin around the picture."""
 ANCHOR = {"start": -3, "middle": 0, "end": 3}
+NEAR = {"start": -9, "middle": 0, "end": 9}
+"""Pixels from the middle of a cell to where a text begins or ends; values stand nearer to their pins."""
 HAIR = 5
 """How much an expression's frame is drawn inside its cells."""
 
@@ -31,7 +36,7 @@ def rung_svg(
     ``ldc.draw.rung_text``."""
     page = _Page(Options(width, pins_of, notes or {}, mark or {}, power))
     page.rung(rung, number, arrange(rung, page.options), fill)
-    return page.document(heading_of(rung, number) or "Rung", rung.span.text)
+    return page.document("  ".join(heading_of(rung, number).values()) or "Rung", paths_text(rung))
 
 
 def pou_svg(
@@ -58,12 +63,14 @@ def project_svg(
         notes = notes_of(pou, comments) if addresses else {}
         page.options = Options(width, pins_of, notes, {}, power)
         sheet = sheet_of(pou, comments, page.options)
-        page.title(sheet.heading)
+        page.title(sheet)
         for entry in sheet.entries:
             page.comments(entry.comments)
             page.rung(entry.rung, entry.number, entry.found, sheet.fill)
     about = "; ".join(f"{pou.name}: {len(pou.body.rungs)} rungs" for pou in ladders)
     return page.document(", ".join(pou.name for pou in ladders) or "No ladder", about)
+
+_UNKNOWN = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 class _Page:
@@ -75,46 +82,39 @@ class _Page:
         self.top = EDGE
         self.width = 20 * CELL
 
-    def title(self, text: str) -> None:
-        self.write(text, "ldc-pou", 20)
-        self.top += 12
+    def title(self, sheet: Sheet) -> None:
+        roles = ("kind", "pou", "about")
+        self.headline(dict(zip(roles, sheet.heading, strict=False)), 20)
+        self.top += 8
 
     def comments(self, comments: tuple[str, ...]) -> None:
         for comment in comments:
             for line in fold(comment, max(self.options.width, 20), 1000):
-                self.write(line, "ldc-comment", LINE)
+                self.headline({"comment": line}, LINE)
 
-    def write(self, text: str, style: str, height: int) -> None:
-        shown = shorten(text, self.options.width)
-        self.width = max(self.width, text_width(shown) * CELL)
-        full = f"<title>{escape(_clean(text))}</title>" if shown != text else ""
-        self.out.append(
-            f'<text class="{style}" x="{EDGE}" y="{self.top + height - 5}">{full}{escape(_clean(shown))}</text>'
-        )
+    def headline(self, parts: dict[str, str], height: int) -> None:
+        """Texts of different roles on one line, two columns between."""
+        x = EDGE
+        for role, text in parts.items():
+            shown = shorten(text, max(8, self.options.width - (x - EDGE) // CELL))
+            full = f"<title>{_text(text)}</title>" if shown != text else ""
+            y = self.top + height - 5
+            self.out.append(f'<text class="ldc-{role}" x="{x}" y="{y}">{full}{_text(shown)}</text>')
+            x += (text_width(shown) + 2) * CELL
+        self.width = max(self.width, x - EDGE - 2 * CELL)
         self.top += height
 
     def rung(self, rung: ast.Rung, number: int | None, found: Arrangement, fill: int) -> None:
-        self.heading(rung, number)
-        for band in bands(found, self.options, fill):
+        heading = heading_of(rung, number)
+        if heading:
+            self.headline(heading, LINE)
+            self.top += 6
+        for at, band in enumerate(bands(found, self.options, fill)):
+            self.top += LINE if at else 0
             _Band(self.out, self.top).draw(band)
             self.top += band.height * LINE
             self.width = max(self.width, band.width * CELL)
         self.top += LINE
-
-    def heading(self, rung: ast.Rung, number: int | None) -> None:
-        parts = [(str(number), "ldc-number")] if number is not None else []
-        parts += [(text, style) for text, style in ((rung.name, "ldc-rung"), (rung.title, "ldc-title")) if text]
-        x = EDGE
-        for text, style in parts:
-            shown = shorten(text, max(8, self.options.width - (x - EDGE) // CELL))
-            full = f"<title>{escape(_clean(text))}</title>" if shown != text else ""
-            self.out.append(
-                f'<text class="{style}" x="{x}" y="{self.top + 13}">{full}{escape(_clean(shown))}</text>'
-            )
-            x += (text_width(shown) + 2) * CELL
-        if parts:
-            self.width = max(self.width, x - EDGE)
-            self.top += LINE + 6
 
     def document(self, title: str, about: str) -> str:
         width, height = self.width + 2 * EDGE, self.top
@@ -122,7 +122,7 @@ class _Page:
             f'<svg xmlns="http://www.w3.org/2000/svg" class="ldc" role="img" width="{width}" '
             f'height="{height}" viewBox="0 0 {width} {height}">'
         )
-        named = f"<title>{escape(_clean(title))}</title>\n<desc>{escape(_clean(about))}</desc>"
+        named = f"<title>{_text(title)}</title>\n<desc>{_text(about)}</desc>"
         paper = f'<rect class="ldc-paper" width="{width}" height="{height}"/>'
         return "\n".join((head, named, f"<style>{CSS}</style>", paper, *self.out, "</svg>", ""))
 
@@ -141,7 +141,7 @@ class _Band:
 
     def draw(self, drawing: Drawing) -> None:
         order = (Wire, Rail, Box, Symbol, Dot, Arrow, Label)
-        for shape in sorted(drawing.shapes, key=lambda s: order.index(type(s))):
+        for shape in sorted(_joined(drawing.shapes), key=lambda s: order.index(type(s))):
             self.shape(shape)
 
     def shape(self, shape: Shape) -> None:
@@ -179,15 +179,15 @@ class _Band:
             y, height = y + HAIR, height - 2 * HAIR
         self.out.append(
             f'<rect class="{_style("ldc-box ldc-" + box.kind, box.on, box.mark)}" x="{x}" y="{y}" '
-            f'width="{width}" height="{height}" rx="3"><title>{escape(_clean(box.full))}</title></rect>'
+            f'width="{width}" height="{height}" rx="3"><title>{_text(box.full)}</title></rect>'
         )
         if box.kind == "block":
-            self.path("ldc-rule", box.on, f"M{x + 1} {y + 27}H{x + width - 1}", box.mark)
+            self.path("ldc-rule", box.on, f"M{x + 1} {y + LINE + 10}H{x + width - 1}", box.mark)
 
     def symbol(self, symbol: Symbol) -> None:
         x, y, modifier = self.x(symbol.x), self.y(symbol.y), symbol.modifier
         self.out.append(f'<g class="{_style("ldc-symbol", symbol.on, symbol.mark)}">')
-        self.out.append(f"<title>{escape(_clean(symbol.full))}</title>")
+        self.out.append(f"<title>{_text(symbol.full)}</title>")
         self.out.append(f'<rect class="ldc-back" x="{x - 12}" y="{y - 12}" width="24" height="24" rx="4"/>')
         if symbol.kind == "contact":
             self.out.append(f'<path d="M{x - 8} {y - 10}V{y + 10}M{x + 8} {y - 10}V{y + 10}"/>')
@@ -205,11 +205,28 @@ class _Band:
     def label(self, label: Label) -> None:
         if label.role == "caret":
             return
-        x, y = self.x(label.x) + ANCHOR[label.anchor], self.y(label.y) + 4
-        full = f"<title>{escape(_clean(label.full))}</title>" if label.full else ""
-        anchor = "" if label.anchor == "start" else f" text-anchor={quoteattr(label.anchor)}"
+        anchors = NEAR if label.role in ("value", "tag") else ANCHOR
+        x, y = self.x(label.x) + anchors[label.anchor], self.y(label.y) + 4
+        full = f"<title>{_text(label.full)}</title>" if label.full else ""
+        anchor = "" if label.anchor == "start" else f' text-anchor="{label.anchor}"'
         style = _style("ldc-" + ("text" if label.role == "expression" else label.role), label.on, label.mark)
-        self.out.append(f'<text class="{style}" x="{x}" y="{y}"{anchor}>{full}{escape(_clean(label.text))}</text>')
+        self.out.append(f'<text class="{style}" x="{x}" y="{y}"{anchor}>{full}{_text(label.text)}</text>')
+
+
+def _joined(shapes: Iterable[Shape]) -> list[Shape]:
+    """Level wires that continue each other with the same power become one, without a seam."""
+    result = [s for s in shapes if not isinstance(s, Wire) or s.y1 != s.y2]
+    level = sorted(
+        (s for s in shapes if isinstance(s, Wire) and s.y1 == s.y2), key=lambda w: (w.y1, str(w.on), w.x1, w.x2)
+    )
+    for wire in level:
+        last = result[-1] if result else None
+        if isinstance(last, Wire) and (last.y1, last.y2, last.on) == (wire.y1, wire.y1, wire.on):
+            if wire.x1 <= last.x2:
+                result[-1] = replace(last, x2=max(last.x2, wire.x2))
+                continue
+        result.append(wire)
+    return result
 
 
 def _style(base: str, on: bool | None, mark: str | None = None) -> str:
@@ -219,7 +236,6 @@ def _style(base: str, on: bool | None, mark: str | None = None) -> str:
     return base if on is None else f"{base} ldc-on" if on else f"{base} ldc-off"
 
 
-def _clean(text: str) -> str:
-    """Without the characters that XML does not know."""
-    return "".join(c if c in "\t\n" or " " <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd" or c > "\uffff"
-                   else "\ufffd" for c in text)
+def _text(text: str) -> str:
+    """Escaped, and without the characters that XML does not know."""
+    return escape(_UNKNOWN.sub("\ufffd", text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from itertools import groupby
 from math import ceil
 
 from ldc.draw.arrange import Arrangement, arrange
@@ -46,7 +47,7 @@ def pou_text(
     comments = tuple(comments)
     options = Options(width, pins_of, notes_of(pou, comments) if addresses else {}, {}, power)
     sheet = sheet_of(pou, comments, options)
-    lines = [shorten(sheet.heading, width)]
+    lines = [shorten("  ".join(sheet.heading), width)]
     for entry in sheet.entries:
         lines.append("")
         lines += [line for comment in entry.comments for line in fold(comment, width, 1000)]
@@ -58,9 +59,11 @@ def _rung_lines(
     rung: ast.Rung, options: Options, number: int | None, fill: int, colour: bool,
     found: Arrangement | None = None,
 ) -> list[str]:
-    heading = heading_of(rung, number)
+    heading = "  ".join(heading_of(rung, number).values())
     lines = [shorten(heading, options.width)] if heading else []
-    for band in bands(found or arrange(rung, options), options, fill):
+    for number, band in enumerate(bands(found or arrange(rung, options), options, fill)):
+        if number:
+            lines.append("")
         canvas = Canvas(band.width, band.height)
         for shape in band.shapes:
             canvas.draw(shape)
@@ -146,9 +149,11 @@ class Canvas:
                 cells[x] = LOCAL.get(cells[x], cells[x])
             if (x, y) in self.chars:
                 cells[x] = self.chars[x, y]
-        if colour:
-            for x, cell in enumerate(cells):
-                code = STYLES.get(self.styles.get((x, y)))
-                if code is not None and cell != " ":
-                    cells[x] = f"\x1b[{code}m{cell}\x1b[0m"
-        return "".join(cell for cell in cells if cell != WIDE).rstrip()
+        if not colour:
+            return "".join(cell for cell in cells if cell != WIDE).rstrip()
+        parts = []
+        styled = [(STYLES.get(self.styles.get((x, y))), cell) for x, cell in enumerate(cells) if cell != WIDE]
+        for code, run in groupby(styled, key=lambda pair: pair[0]):
+            text = "".join(cell for _, cell in run)
+            parts.append(text if code is None else f"\x1b[{code}m{text}\x1b[0m")
+        return "".join(parts).rstrip()

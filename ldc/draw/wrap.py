@@ -17,11 +17,11 @@ MARGIN = 5
 
 def bands(found: Arrangement, options: Options, fill: int = 0) -> list[Drawing]:
     """The drawing in pieces of at most ``options.width`` columns. Its last piece takes ``fill`` columns
-    or more, so that the coils of several rungs stand under each other."""
+    or more, and as many as the others, so that coils stand under each other."""
     whole = place(found, options)
     cuts = _cuts(whole, options.width)
     pieces = _split(whole, cuts)
-    missing = fill - pieces[-1].width
+    missing = max(fill, *(piece.width for piece in pieces)) - pieces[-1].width
     if missing > 0 and (not cuts or cuts[-1] <= whole.zone + 1):
         return _split(place(found, options, whole.width + missing), cuts)
     return pieces
