@@ -21,6 +21,7 @@ NAMES = [f"{name}{n}" for n in range(RUNGS) for name in "abcd"]
 
 
 def vm():
+    """How an input is named, a scan with inputs, and how output n is read."""
     from ldc import pipeline
     from runtime.vm.machine import Machine
 
@@ -29,15 +30,17 @@ def vm():
         source.write_text(_programs.simple_rungs(RUNGS))
         program = pipeline.compile_paths([str(source)]).program
     machine = Machine(program)
+    cells = {name: symbol.home.name for name, symbol in zip(NAMES, machine.find(NAMES), strict=True)}
 
     def scan(values: dict[str, bool]) -> None:
-        machine.inputs(values)
+        machine.feed(values)
         machine.scan()
 
-    return scan, lambda n: machine.get(f"q{n}")
+    return cells.get, scan, lambda n: machine.get(f"q{n}")
 
 
 def pyrung():
+    """The same of pyrung, used as its documentation shows."""
     import pyrung as pr
 
     tags = {name: pr.Bool(name) for name in NAMES}
@@ -53,7 +56,7 @@ def pyrung():
         plc.patch(values)
         plc.step()
 
-    return scan, lambda n: plc.state.tags.get(f"q{n}", False)
+    return str, scan, lambda n: plc.state.tags.get(f"q{n}", False)
 
 
 def main() -> None:
@@ -61,15 +64,16 @@ def main() -> None:
     engines = {"ldc vm": vm(), "pyrung": pyrung()}
     times: dict[str, list[float]] = {name: [] for name in engines}
     for batch in range(BATCHES + 1):
-        stimuli = [{name: rng.random() < 0.5 for name in NAMES} for _ in range(SCANS)]
-        for name, (scan, _) in engines.items():
+        drawn = [[rng.random() < 0.5 for _ in NAMES] for _ in range(SCANS)]
+        for name, (key, scan, _) in engines.items():
+            stimuli = [dict(zip(map(key, NAMES), values)) for values in drawn]
             start = time.perf_counter()
             for values in stimuli:
                 scan(values)
             if batch:  # the first batch warms up
                 times[name].append((time.perf_counter() - start) / SCANS / RUNGS * 1e6)
         for n in range(RUNGS):
-            assert len({bool(read(n)) for _, read in engines.values()}) == 1, f"q{n} differs"
+            assert len({bool(read(n)) for _, _, read in engines.values()}) == 1, f"q{n} differs"
     ratio = statistics.median(p / v for p, v in zip(times["pyrung"], times["ldc vm"]))
     rows = [[name, _tables.spread(values, 3, "us")] for name, values in times.items()]
     rows.append(["pyrung / ldc vm", f"{ratio:.0f}"])

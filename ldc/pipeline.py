@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from ldc import types
 from ldc.diagnostics import Diagnostics
-from ldc.graph import build as graph_build
+from ldc.graph.build import build as graph_build
 from ldc.graph import rules
 from ldc.graph.keys import rung_keys
 from ldc.graph.memory import memories
@@ -91,7 +91,7 @@ def compile_project(sources: Sources, options: Options = Options(),
                     diagnostics: Diagnostics | None = None) -> Compiled:
     """Compiles sources that were read. Never raises for wrong input."""
     with _deep_and_busy():
-        return _Compile(sources, options, diagnostics or Diagnostics()).run()
+        return _Compile(sources, options, Diagnostics() if diagnostics is None else diagnostics).run()
 
 
 @contextmanager
@@ -236,7 +236,7 @@ class _Compile:
                         tuple(il.Run(run.name, run.pou, run.task) for run in r.runs))
             for r in model.resources)
         named = tuple(t for t in model.types.values() if isinstance(t, types.Struct | types.Enum))
-        name = self.sources.manifest.project.name if self.sources.manifest else ""
+        name = self.sources.manifest.name if self.sources.manifest else ""
         return il.Program((*library, *units), named, tuple(model.globals.values()), resources,
                           tuple(sorted(model.safe.items())), name)
 

@@ -199,7 +199,7 @@ def execute(code: tuple[Instr, ...], memory: Memory) -> list[tuple[int, str | No
         elif op.endswith("("):
             stack.append((op[:-1], acc, acc_type))
             if operand is not None:
-                acc, acc_type = load(operand), instr.type if op[:-1] in LOGIC else operand.type
+                acc, acc_type = load(operand), operand.type
         elif op == "FN":
             values = ([acc] if _takes_acc(instr, n, code) else []) + [load(a) for a in instr.args]
             for name, place in instr.outputs:
