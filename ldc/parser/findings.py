@@ -88,8 +88,8 @@ class Findings:
             label, help = f"this does not close {self.shown(opening)}", "close the brackets in the order of opening"
         self._at("LD0109", f"{self.shown(index)} closes nothing", index, label, help, secondary)
 
-    def too_deep(self, index: int) -> None:
-        self._at("LD0110", f"brackets are nested more than {MAX_DEPTH} levels deep", index,
+    def too_deep(self, index: int, what: str) -> None:
+        self._at("LD0110", f"{what} nested more than {MAX_DEPTH} levels deep", index,
                  f"this one is level {MAX_DEPTH + 1}", "take parts out: into variables, rungs or functions")
 
     def too_long(self, index: int, what: str, limit: int, of: str) -> None:

@@ -157,8 +157,8 @@ def _date(text: str) -> int:
     match = _DATE.fullmatch(text)
     try:
         days = (date(*map(int, match.groups())) - date(1970, 1, 1)).days if match else None
-    except ValueError as error:
-        raise Malformed(f"there is no such day: {error}") from None
+    except ValueError:
+        raise Malformed("there is no such day", "months have 28 to 31 days") from None
     if days is None:
         raise Malformed("this is no date", "write for example D#2026-01-31")
     if days < 0:

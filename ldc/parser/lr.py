@@ -47,13 +47,10 @@ class Failure:
 
 
 def bind(tables: Tables, actions: object) -> list[tuple[int, str, Action | None]]:
-    """The rules with the methods of ``actions`` that they call; None passes a single child on."""
+    """The rules with the methods of ``actions`` that they call; None passes the child on."""
     rules = []
     for size, symbol, name in tables.rules:
-        action = getattr(actions, name, None)
-        if action is None and size != 1:
-            raise LookupError(f"the rule {symbol} -> {name} has no action")
-        rules.append((size, symbol, action))
+        rules.append((size, symbol, getattr(actions, name) if name else None))
     return rules
 
 

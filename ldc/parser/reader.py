@@ -260,12 +260,10 @@ class Reader:
         """Take the END of a POU; the index of its last token."""
         if self._kind() == end:
             self.at += 1
-        elif self._kind() in _POU_ENDS:
+        elif self._kind() in _POU_ENDS or self._kind() == "NAME":
             self.findings.wrong_end(self.at, end, opening)
             self.at += 1
-        elif self._kind() == "NAME":
-            self.findings.wrong_end(self.at, end, opening)
-            self.at += 1
+            self.at += self._kind() == end
         elif not self._misspelt(end, opening):
             self._missing(end, opening)
         return self.at - 1

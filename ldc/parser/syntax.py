@@ -13,9 +13,18 @@ from ldc.parser.tables import END
 _OPERATORS = {"BINOP", "=", "<", ">", "/", "-", "+"}
 _OPERAND = {"NAME", "INTEGER", "LITERAL", "NOT", "("}
 _ELEMENT = {"[", "(", "<", "@", ">>", "{"}
+_FIRST = (")", "]", "}", ">", ";", ":", ",", "|")
+_GROUPS = (
+    (_OPERAND, "an expression", {*_OPERATORS, "DIRECT", "NUMBER", "STRING", "TEXT", "MOD", "@", "{"}),
+    ({"NAME", "ARRAY", "STRUCT"}, "a type", {"("}),
+    ({"NAME", "DIRECT"}, "a variable", {"/", "MOD"}),
+    (_OPERATORS, "an operator", {".", "[", "("}),
+    (_ELEMENT, "an element", set()),
+)
 _NAMES = {
     "NAME": "a name", "DIRECT": "an address", "INTEGER": "a number", "NUMBER": "a number", "TEXT": "a text",
     "LITERAL": "a literal", "STRING": "a string", "MOD": "a modifier", END: "the end",
+    "BINOP": "an operator",
 }
 _STRUCTURE = ("RUNG", "PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "TASK",
               "END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK", "END_TYPE", "END_VAR", "END_CONFIGURATION",
@@ -27,36 +36,35 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
     """Report the failure of the unit ``first`` to ``end``; ``what`` names it (``rung``, ``declaration``)."""
     tokens, index, expected = findings.tokens, failure.index, failure.expected
     types = tokens.types
+    kind = types[index] if index < end else END
+    found = f"the end of the {what}" if kind == END and (what == "rung" or index == len(types)) else (
+        findings.shown(index))
     open_brackets = _open(types, first, index)
     opening = open_brackets[-1] if open_brackets else None
-    kind = types[index] if index < end else END
-    if kind in OPENING.values() and (opening is None or OPENING[types[opening]] != kind):
-        findings.stray_bracket(index, opening)
-        return
-    if kind in ("|", "}") and opening is not None and types[opening] == "{" and types[index - 1] in ("{", "|"):
+    closer = OPENING[types[opening]] if opening is not None else ""
+    if kind in ("|", "}", ";", END) and index > first and types[index - 1] in ("{", "|") and closer == "}":
         findings.empty(index, opening)
-        return
-    if what == "rung" and set(types[first:index]) <= {"RUNG", "NAME", "TEXT"} and (kind == END or kind == ";"):
+    elif what == "rung" and set(types[first:index]) <= {"RUNG", "NAME", "TEXT"} and kind in (END, ";"):
         findings.empty_rung(first, index)
-        return
-    found = f"the end of the {what}" if kind == END else findings.shown(index)
-    if opening is not None and (kind == END or kind == ";"):
-        findings.open_bracket(opening, OPENING[types[opening]], index, found)
-        return
-    if "NAME" in expected and KEYWORDS.get(kind) == kind and kind not in ("NOT", "_") and kind != "STRUCT":
+    elif kind in (")", "]", "}") and kind != closer and kind not in _closers(types, open_brackets):
+        findings.stray_bracket(index, opening)
+    elif closer and kind != closer and (kind in (END, ";", ")", "]", "}") or (
+            closer in expected and kind in _ELEMENT | {"|"})):
+        findings.open_bracket(opening, closer, index, found)
+    elif "NAME" in expected and KEYWORDS.get(kind) == kind and kind not in ("NOT", "_", "STRUCT"):
         findings.reserved(index)
-        return
-    meant = _meant(tokens.text(index), expected) if kind == "NAME" else ""
-    after = f" after {findings.shown(index - 1)}" if index > first else ""
-    wanted = _list(expected, opening is not None and types[opening])
-    help = f"did you mean `{meant}`?" if meant else _help(kind, types, index, opening, wanted, what)
-    if kind == "/" and tokens.source.text.startswith("/*", tokens.starts[index]):
-        help = "comments are written `(* ... *)` or `// ...`"
-    label = f"found {found}" if kind == END else ""
-    secondary = ()
-    if opening is not None and OPENING[types[opening]] in expected:
-        secondary = (Label(tokens.point(opening), "opened here"),)
-    findings.syntax(index, f"expected {wanted}{after}, found {found}", label or f"not {wanted}", help, secondary)
+    else:
+        after = f" after {findings.shown(index - 1)}" if index > first else ""
+        wanted = _list(expected)
+        meant = _meant(tokens.text(index), expected) if kind == "NAME" else ""
+        help = f"did you mean `{meant}`?" if meant else _help(findings, kind, index, closer, wanted, what)
+        secondary = (Label(tokens.point(opening), "opened here"),) if closer in expected else ()
+        label = found if kind == END else _NAMES.get(kind, "a reserved word" if kind in KEYWORDS else found)
+        findings.syntax(index, f"expected {wanted}{after}, found {found}", label, help, secondary)
+
+
+def _closers(types: list[str], open_brackets: list[int]) -> set[str]:
+    return {OPENING[types[at]] for at in open_brackets}
 
 
 def _open(types: list[str], first: int, index: int) -> list[int]:
@@ -78,48 +86,42 @@ def _meant(word: str, expected: frozenset[str]) -> str:
     return ""
 
 
-def _list(expected: frozenset[str], opening: str | bool) -> str:
+def _list(expected: frozenset[str]) -> str:
     """``a, b or c``: what could stand here, the most telling first, never more than four."""
     rest = set(expected)
-    said: list[str] = []
-    closers = [c for c in (")", "]", "}", ">") if c in rest and not (c == ">" and "BINOP" in rest)]
-    said += [f"`{c}`" for c in closers]
-    rest -= {*closers}
-    if rest >= _OPERAND:
-        said.append("an expression")
-        rest -= {*_OPERAND, *_OPERATORS, "DIRECT", "NUMBER", "STRING", "TEXT", "MOD"}
-        if "ARRAY" not in expected:
-            rest -= {"@", "{"}
-    elif {"NAME", "DIRECT"} <= rest:
-        said.append("a variable")
-        rest -= {"NAME", "DIRECT", "/", "MOD"}
-    if rest >= _OPERATORS:
-        said.append("an operator")
-        rest -= {*_OPERATORS, ".", "["}
-    if rest >= _ELEMENT:
-        said.append("an element")
-        rest -= _ELEMENT
-    if END in rest and len(rest) > 1:
-        rest.discard(END)
+    first = [symbol for symbol in _FIRST if symbol in rest and not (symbol == ">" and "BINOP" in rest)]
+    said = [f"`{symbol}`" for symbol in first]
+    rest.difference_update(first)
+    for group, name, implied in _GROUPS:
+        if rest >= group:
+            said.append(name)
+            rest -= group | implied
     if said:
-        rest -= {".", "["}
-    for symbol in sorted(rest, key=lambda s: (s not in (";", ":", ":=", "|", ","), s)):
+        rest -= {".", "[", "(", END} if ":" not in expected else {END}
+    for symbol in sorted(rest):
         text = _NAMES.get(symbol, symbol if symbol.isalpha() else f"`{symbol}`")
         if text not in said:
             said.append(text)
     said = said[:4]
+    if not said:
+        return "the end"
     return said[0] if len(said) == 1 else f"{', '.join(said[:-1])} or {said[-1]}"
 
 
-def _help(kind: str, types: list[str], index: int, opening: int | None, wanted: str, what: str) -> str:
+def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, what: str) -> str:
     """Advice for what people often write."""
-    before = types[index - 1] if index else ""
-    if kind == "BINOP" and opening is not None and types[opening] == "(" and what == "rung":
+    tokens = findings.tokens
+    text, at = tokens.source.text, tokens.starts[index] if kind != END else len(tokens.source.text)
+    if text.startswith("/*", at):
+        return "comments are written `(* ... *)` or `// ...`"
+    if text.startswith("*)", at):
+        return "no comment is open here; comments do not nest"
+    if what == "rung" and kind == "BINOP" and closer == ")":
         return "a coil writes one variable; put an expression into a contact, `[a AND b]`"
-    if kind == "NAME" and what == "rung" and opening is None:
+    if what == "rung" and kind == "NAME" and not closer and "element" in wanted:
         return "contacts stand in `[ ]`, coils in `( )`, blocks in `< >`; statements belong into a .st file"
-    if what == "declaration" and kind == "NAME" and "`;`" in wanted:
+    if what == "declaration" and "`;`" in wanted and kind in ("NAME", END):
         return "end the declaration with `;`"
-    if what == "declaration" and before == "NAME" and kind == "=":
+    if what == "declaration" and kind == "=":
         return "an initial value is given with `:=`"
     return f"write {wanted} here"

@@ -16,7 +16,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-_FORMAT = "1"
+_FORMAT = "2"
 STARTS = ("rung", "single_expression", "var_line", "type_line", "pou_head", "configuration_head",
           "resource_head", "task_line", "program_line")
 END = "$END"
@@ -26,7 +26,7 @@ END = "$END"
 class Tables:
     """``actions[state][symbol]``: a state to go to (>= 0), or ``-1 - rule`` to reduce.
 
-    ``rules[n]`` is (children, symbol made, name of the action). Terminals are named as in the grammar,
+    ``rules[n]`` is (children, symbol made, name of the action; empty: its one child is passed on). Terminals are named as in the grammar,
     quoted ones by their text; ``terminals`` are all of them.
     """
 
@@ -73,11 +73,27 @@ def _store(path: Path, text: str) -> None:
 
 
 def _decode(data: dict) -> Tables:
-    return Tables(
-        tuple(data["actions"]),
-        tuple((size, symbol, action) for size, symbol, action in data["rules"]),
-        data["starts"], data["ends"], frozenset(data["terminals"]),
-    )
+    rules = tuple((size, symbol, action) for size, symbol, action in data["rules"])
+    rows = tuple(data["actions"])
+    _shorten(rows, rules)
+    return Tables(rows, rules, data["starts"], data["ends"], frozenset(data["terminals"]))
+
+
+def _shorten(rows: tuple[dict[str, int], ...], rules: tuple[tuple[int, str, str], ...]) -> None:
+    """Where all that can follow a symbol is passing it on as another, go where the other leads.
+
+    An error is then found after a few more reductions, but still before the wrong token is shifted.
+    """
+    only: dict[int, str] = {}
+    for state, row in enumerate(rows):
+        actions = set(row.values())
+        if len(actions) == 1 and (action := actions.pop()) < 0 and not rules[-1 - action][2]:
+            only[state] = rules[-1 - action][1]
+    for row in rows:
+        for symbol, target in row.items():
+            while target in only and only[target] in row:
+                target = row[only[target]]
+            row[symbol] = target
 
 
 def _make(grammar: str) -> dict:
@@ -105,8 +121,9 @@ def _make(grammar: str) -> dict:
             if action is not Shift:
                 if argument not in numbers:
                     numbers[argument] = len(rules)
-                    rules.append((len(argument.expansion), str(argument.origin.name),
-                                  str(argument.alias or argument.origin.name)))
+                    passes = argument.options.expand1 and len(argument.expansion) == 1 and not argument.alias
+                    name = "" if passes else str(argument.alias or argument.origin.name)
+                    rules.append((len(argument.expansion), str(argument.origin.name), name))
                 argument = -1 - numbers[argument]
             row[shown.get(symbol, str(symbol))] = argument
         actions.append(row)

@@ -13,6 +13,7 @@ from ldc.parser.literals import Malformed
 from ldc.parser.tables import tables
 
 _OPERATORS = frozenset(("BINOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
+_PREFIXES = ("NOT", "-", "+")
 _SHOWN = 20
 
 
@@ -94,21 +95,23 @@ class Units:
             self.findings.too_long(first + MAX_TOKENS, f"the {what}", MAX_TOKENS, "symbols")
             return True
         types = self.types[first:end]
-        if sum(map(types.count, OPENING)) > MAX_DEPTH and self._too_deep(first, end):
+        if sum(map(types.count, (*OPENING, *_PREFIXES))) > MAX_DEPTH and self._too_deep(first, end):
             return True
         return sum(map(_OPERATORS.__contains__, types)) > MAX_OPERATORS and self._too_long(first, end)
 
     def _too_deep(self, first: int, end: int) -> bool:
-        depth = 0
+        """Brackets in brackets, or prefix operators on one another."""
+        depth = prefixes = 0
         for index in range(first, end):
             kind = self.types[index]
+            prefixes = prefixes + 1 if kind in _PREFIXES else 0
             if kind in OPENING:
                 depth += 1
-                if depth > MAX_DEPTH:
-                    self.findings.too_deep(index)
-                    return True
             elif kind in (")", "]", "}"):
                 depth -= 1
+            if depth > MAX_DEPTH or prefixes > MAX_DEPTH:
+                self.findings.too_deep(index, "brackets are" if depth > MAX_DEPTH else "NOT and signs are")
+                return True
         return False
 
     def _too_long(self, first: int, end: int) -> bool:

@@ -29,7 +29,7 @@ def expr_text(expr: ast.Expr) -> str:
             return _reference(expr)
         case ast.Unary("NOT", operand):
             return f"NOT {_nested(operand, UNARY)}"
-        case ast.Unary(op, operand):
+        case ast.Unary(op, operand):  # a sign before a number would become part of the literal
             text = _nested(operand, UNARY)
             bare = isinstance(operand, ast.Literal) and text[:1].isdigit() or text.startswith("-")
             return f"{op}({text})" if bare else op + text

@@ -1,0 +1,266 @@
+"""The one canonical form of a file (``ldc fmt``).
+
+Parsing the result gives the same tree, formatting it again the same text. Comments keep their place:
+above a line, behind it, or between two elements of a rung.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from ldc.parser import ast, layout, unparse
+from ldc.parser.comments import Comments, comment_text, trailing_text
+from ldc.parser.lexer import lex
+from ldc.parser.literals import quoted
+
+INDENT = unparse.INDENT
+_WIDEST_NAME = 24
+
+
+def format_file(file: ast.File) -> str:
+    """Canonical text of a file that was parsed without errors (what was left out would be lost)."""
+    return _Printer(file).file()
+
+
+class _Printer:
+    """Collects lines. ``last`` is the offset in the source behind what was printed last; ``opened`` tells that
+    it was an opening line, below which no blank line stands."""
+
+    def __init__(self, source_file: ast.File) -> None:
+        self.tree, self.text = source_file, source_file.source.text
+        self.tokens = lex(source_file.source)
+        bodies = [p.body.span for p in source_file.pous if isinstance(p.body, ast.TextBody)]
+        free = (c for c in source_file.comments
+                if not any(b.start <= c.span.start < b.end for b in bodies))
+        self.comments = Comments(self.text, free)
+        self.lines: list[str] = []
+        self.last, self.opened = 0, True
+
+    def file(self) -> str:
+        tree = self.tree
+        parts = sorted((*tree.pous, *tree.types, *tree.globals, *tree.configurations), key=lambda p: p.span.start)
+        for is_type, group in groupby(parts, key=lambda p: isinstance(p, ast.TypeDecl)):
+            if is_type:
+                self._types(list(group))
+                continue
+            for part in group:
+                self._blank()
+                self._above(part.span.start, "")
+                if isinstance(part, ast.Pou):
+                    self._pou(part)
+                elif isinstance(part, ast.VarBlock):
+                    self._section(part, "")
+                else:
+                    self._configuration(part)
+        rest = self.comments.before(len(self.text) + 1)
+        if rest:
+            self._blank()
+            self._own_lines(rest, "")
+        return "\n".join(self.lines) + "\n" if self.lines else ""
+
+    # ---- lines and comments
+
+    def _blank(self) -> None:
+        if self.lines and self.lines[-1]:
+            self.lines.append("")
+
+    def _own_lines(self, comments: Sequence[ast.Comment], indent: str) -> None:
+        for comment in comments:
+            self._keep_blank(comment.span.start)
+            self.lines.append(indent + comment_text(comment))
+            self.last = comment.span.end
+
+    def _keep_blank(self, start: int) -> None:
+        """A blank line where the source has one, but none below an opening line."""
+        if self.text.count("\n", self.last, start) > 1 and not self.opened:
+            self._blank()
+        self.opened = False
+
+    def _above(self, start: int, indent: str) -> None:
+        """Comments that stand before ``start``, on lines of their own."""
+        self._own_lines(self.comments.before(start), indent)
+        self._keep_blank(start)
+
+    def _line(self, text: str, end: int, opens: bool = False) -> None:
+        """A line for what ends at ``end`` in the source, with the comments in it and behind it."""
+        self.lines.append(text + trailing_text(self.comments.same_line(end)))
+        self.last, self.opened = end, opens
+
+    def _token(self, word: str, start: int, step: int) -> int:
+        """The index of the next token ``word`` from an offset, forward (1) or backward (-1)."""
+        index = self._index(start)
+        while self.tokens.types[index] != word:
+            index += step
+        return index
+
+    def _index(self, start: int) -> int:
+        """The index of the token that begins at an offset."""
+        return bisect_left(self.tokens.starts, start)
+
+    # ---- declarations
+
+    def _section(self, block: ast.VarBlock, indent: str) -> None:
+        head = " ".join((block.kind, *block.qualifiers))
+        first = self._token(block.kind, block.span.start, 1) + len(block.qualifiers)
+        self._line(indent + head, self.tokens.ends[first], opens=True)
+        groups = [list(group) for _, group in groupby(block.variables, key=lambda v: v.group_span)]
+        names = [", ".join(v.name for v in group) for group in groups]
+        width = max((len(n) for n in names if len(n) <= _WIDEST_NAME), default=0)
+        for group, text in zip(groups, names, strict=True):
+            declared = group[0]
+            self._above(declared.group_span.start, indent + INDENT)
+            place = f"AT {declared.location} : " if declared.location else ": "
+            self._declaration(f"{indent}{INDENT}{text.ljust(width)}  {place}", declared,
+                              declared.group_span.end, indent + INDENT)
+        self._close("END_VAR", block.span.end, indent, indent + INDENT)
+
+    def _close(self, word: str, end: int, indent: str, inner: str) -> None:
+        self._own_lines(self.comments.before(end - len(word)), inner)
+        self._line(indent + word, end)
+
+    def _declaration(self, head: str, declared: ast.VarDecl | ast.TypeDecl, end: int, indent: str) -> None:
+        """``name : type := initial;``, with a line for each field of a STRUCT."""
+        ranges, kind = "", declared.type
+        while isinstance(kind, ast.ArrayType):
+            bounds = ", ".join(f"{unparse.expr_text(a)}..{unparse.expr_text(b)}" for a, b in kind.bounds)
+            ranges, kind = f"{ranges}ARRAY [{bounds}] OF ", kind.element
+        if not isinstance(kind, ast.StructType):
+            self._line(f"{head}{unparse.declared_text(declared)};", end)
+            return
+        self._line(f"{head}{ranges}STRUCT", self.tokens.ends[self._token("STRUCT", kind.span.start, 1)], opens=True)
+        for _, group in groupby(kind.fields, key=lambda f: f.group_span):
+            fields = list(group)
+            span = fields[0].group_span
+            self._above(span.start, indent + INDENT)
+            names = ", ".join(field.name for field in fields)
+            self._declaration(f"{indent}{INDENT}{names} : ", fields[0], span.end, indent + INDENT)
+        self._own_lines(self.comments.before(kind.span.end - len("END_STRUCT")), indent + INDENT)
+        initial = "" if declared.initial is None else f" := {unparse.initial_text(declared.initial)}"
+        self._line(f"{indent}END_STRUCT{initial};", end)
+
+    def _types(self, types: list[ast.TypeDecl]) -> None:
+        """Neighbouring types share one TYPE block."""
+        first = self._token("TYPE", types[0].span.start, -1)
+        self._blank()
+        self._above(self.tokens.starts[first], "")
+        self._line("TYPE", self.tokens.ends[first], opens=True)
+        for declared in types:
+            self._above(declared.span.start, INDENT)
+            self._declaration(f"{INDENT}{declared.name} : ", declared, declared.span.end, INDENT)
+        start = self.tokens.starts[self._token("END_TYPE", types[-1].span.start, 1)]
+        self._close("END_TYPE", start + len("END_TYPE"), "", INDENT)
+
+    # ---- program organisation units
+
+    def _pou(self, pou: ast.Pou) -> None:
+        result = "" if pou.result is None else f" : {unparse.type_text(pou.result)}"
+        title = "" if pou.title is None else f" {quoted(pou.title)}"
+        end = self._head_end(pou)
+        self._line(f"{pou.kind} {pou.name}{result}{title}", end)
+        for block in pou.var_blocks:
+            self.opened = True
+            self._above(block.span.start, "")
+            self._section(block, "")
+        if isinstance(pou.body, ast.TextBody):
+            self._text_body(pou.body)
+        else:
+            for rung in pou.body.rungs:
+                self._rung(rung)
+        word = f"END_{pou.kind}"
+        below = self.comments.before(pou.span.end - len(word))
+        if below:
+            self._blank()
+            self._own_lines(below, "")
+        self._line(word, pou.span.end)
+
+    def _head_end(self, pou: ast.Pou) -> int:
+        """The offset behind the name, type and title of a POU."""
+        index = self._index(pou.name_span.start)
+        if pou.result is not None:
+            while self.tokens.ends[index] < pou.result.span.end:
+                index += 1
+        return self.tokens.ends[index + (pou.title is not None)]
+
+    def _text_body(self, body: ast.TextBody) -> None:
+        """As written; only blank lines around it and space at the ends of lines are dropped."""
+        first, *rest = (line.rstrip() for line in body.span.text.split("\n"))
+        first = first.strip()
+        if first.startswith(("(*", "//")):
+            self.lines[-1] += "  " + first
+        elif first:
+            rest.insert(0, INDENT + first)
+        while rest and not rest[0]:
+            rest.pop(0)
+        while rest and not rest[-1]:
+            rest.pop()
+        if rest:
+            self.lines += ["", *rest] if self.lines[-1] == "END_VAR" else rest
+        self.last = body.span.end
+
+    def _rung(self, rung: ast.Rung) -> None:
+        self._blank()
+        self._above(rung.span.start, "")
+        first = rung.paths[0].items[0].span.start
+        self.lines.append(unparse.rung_head(rung) + trailing_text(self._beside_head(rung.span.start, first)))
+        for number, path in enumerate(rung.paths, 1):
+            last = number == len(rung.paths)
+            lead = layout.comment_atoms(self.comments.before(path.span.start), self.comments, first=True)
+            writer = layout.Writer()
+            writer.start(INDENT)
+            layout.fill([*lead, *layout.atoms(path, self.comments)], writer, len(INDENT), len(INDENT))
+            beside = self.comments.before(rung.span.end) if last else []
+            end = rung.span.end if last else path.span.end
+            beside += self.comments.same_line(end)
+            self.lines += writer.finish(("" if last else ";") + trailing_text(beside))
+        self.last, self.opened = rung.span.end, False
+
+    def _beside_head(self, start: int, limit: int) -> list[ast.Comment]:
+        """The comments in the line of a rung's name, before its first element."""
+        taken: list[ast.Comment] = []
+        end = self.text.find("\n", start)
+        line_end = end if end >= 0 else len(self.text)
+        while found := self.comments.before(min(line_end, limit)):
+            taken += found
+            end = self.text.find("\n", taken[-1].span.end)
+            line_end = end if end >= 0 else len(self.text)
+        return taken
+
+    # ---- configurations
+
+    def _configuration(self, configuration: ast.Configuration) -> None:
+        start = self._index(configuration.span.start)
+        self._line(f"CONFIGURATION {configuration.name}", self.tokens.ends[start + 1], opens=True)
+        for part in _ordered(configuration.var_blocks, configuration.resources):
+            self._above(part.span.start, INDENT)
+            if isinstance(part, ast.VarBlock):
+                self._section(part, INDENT)
+            else:
+                self._resource(part)
+        self._close("END_CONFIGURATION", configuration.span.end, "", INDENT)
+
+    def _resource(self, resource: ast.Resource) -> None:
+        start = self._index(resource.span.start)
+        inner = INDENT * 2
+        self._line(f"{INDENT}RESOURCE {resource.name} ON {resource.processor}", self.tokens.ends[start + 3], opens=True)
+        for part in _ordered(resource.var_blocks, resource.tasks, resource.programs):
+            self._above(part.span.start, inner)
+            if isinstance(part, ast.VarBlock):
+                self._section(part, inner)
+            elif isinstance(part, ast.Task):
+                self._line(inner + _task_text(part), part.span.end)
+            else:
+                task = "" if part.task is None else f" WITH {part.task}"
+                self._line(f"{inner}PROGRAM {part.name}{task} : {part.pou};", part.span.end)
+        self._close("END_RESOURCE", resource.span.end, INDENT, inner)
+
+
+def _ordered(*groups: Iterable) -> list:
+    return sorted((part for group in groups for part in group), key=lambda part: part.span.start)
+
+
+def _task_text(task: ast.Task) -> str:
+    given = (("SINGLE", task.single), ("INTERVAL", task.interval), ("PRIORITY", task.priority))
+    settings = ", ".join(f"{name} := {unparse.expr_text(value)}" for name, value in given if value is not None)
+    return f"TASK {task.name} ({settings});"
