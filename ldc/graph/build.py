@@ -140,6 +140,7 @@ class _Nets:
         self.numbers: dict[int, Net] = {RAIL: RAIL}
         self.types: dict[Net, Type] = {}
         self.failed = False
+        self._powered: set[Net] | None = None
 
     def number(self, net: int) -> Net:
         return self.numbers.setdefault(self._drawing.find(net), len(self.numbers))
@@ -147,9 +148,12 @@ class _Nets:
     def __call__(self, node: ast.Branches | ast.Junction) -> Net:
         return self.number(self._drawing.at_pin[id(node)])
 
-    def type_of(self, node: ast.Branches | ast.Junction) -> Type:
-        """The type of the net at a pin, as far as the blocks to the left have told it."""
-        return self.types.get(self(node), BOOL)
+    def type_of(self, node: ast.Branches | ast.Junction) -> Type | None:
+        """The type of the net at a pin: what the blocks before told, BOOL when power flows in, or None."""
+        net = self(node)
+        if net not in self.types and self._powered is None:
+            self._powered = {self.number(tail) for _, _, tail in self._drawing.items} | {RAIL}
+        return self.types[net] if net in self.types else BOOL if net in self._powered else None
 
     def learn(self, block: Block) -> None:
         for pin in block.outputs:
