@@ -9,14 +9,17 @@ from ldc.source import Span
 
 
 def unknown_callee(diagnostics: Diagnostics, span: Span, name: str, help: str) -> None:
-    diagnostics.error("LD0501", f"there is no function or function block `{name}`", span, "unknown", help=help)
+    diagnostics.error("LD0501", f"there is no function or function block `{name}`", span, "unknown",
+                      help=help)
 
 
 def wrong_kind(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
     diagnostics.error("LD0502", message, span, label, help=help)
 
 
-def not_writable(diagnostics: Diagnostics, span: Span, name: str, why: str, help: str, declared: Span | None) -> None:
+def not_writable(
+    diagnostics: Diagnostics, span: Span, name: str, why: str, help: str, declared: Span | None
+) -> None:
     secondary = (Label(declared, "declared here"),) if declared else ()
     diagnostics.error("LD0503", f"`{name}` cannot be written", span, why, secondary=secondary, help=help)
 
@@ -25,16 +28,20 @@ def instance_mismatch(
     diagnostics: Diagnostics, span: Span, instance: str, declared: str, written: str, first: Span | None
 ) -> None:
     secondary = (Label(first, f"declared as {declared}"),) if first else ()
-    diagnostics.error("LD0504", f"`{instance}` is {declared}, not {written}", span, f"`{written}` is written here",
-                      secondary=secondary, help=f"write `{instance}: {declared}`, or declare it as {written}"
-                      if declared.isidentifier() else f"declare an instance `VAR name : {written}; END_VAR`")
+    help = f"declare an instance: `VAR name : {written}; END_VAR`"
+    if declared.isidentifier():
+        help = f"write `{instance}: {declared}`, or declare it as {written}"
+    diagnostics.error("LD0504", f"`{instance}` is {declared}, not {written}", span,
+                      f"`{written}` is written here", secondary=secondary, help=help)
 
 
 def unknown_pin(diagnostics: Diagnostics, span: Span, block: str, pin: str, help: str) -> None:
     diagnostics.error("LD0505", f"`{block}` has no pin `{pin}`", span, "unknown pin", help=help)
 
 
-def pin_twice(diagnostics: Diagnostics, span: Span, pin: str, label: str, first: Span | None, help: str) -> None:
+def pin_twice(
+    diagnostics: Diagnostics, span: Span, pin: str, label: str, first: Span | None, help: str
+) -> None:
     secondary = (Label(first, "first given here"),) if first else ()
     diagnostics.error("LD0506", f"pin `{pin}` is fed twice", span, label, secondary=secondary, help=help)
 
@@ -46,15 +53,16 @@ def pin_missing(diagnostics: Diagnostics, span: Span, block: str, pins: Iterable
 
 def wrong_direction(diagnostics: Diagnostics, span: Span, pin: str, is_output: bool) -> None:
     if is_output:
-        diagnostics_text, label, help = "an output", "written as an input", f"write `{pin} => variable`"
+        what, label, help = "an output", "written as an input", f"write `{pin} => variable`"
     else:
-        diagnostics_text, label, help = "an input", "written as an output", f"write `{pin} := value`"
-    diagnostics.error("LD0508", f"pin `{pin}` is {diagnostics_text}", span, label, help=help)
+        what, label, help = "an input", "written as an output", f"write `{pin} := value`"
+    diagnostics.error("LD0508", f"pin `{pin}` is {what}", span, label, help=help)
 
 
 def too_many(diagnostics: Diagnostics, span: Span, block: str, most: int) -> None:
-    diagnostics.error("LD0509", f"`{block}` takes {most} value{'s' if most != 1 else ''} without a name", span,
-                      "one too many", help="leave it out, or name its pin")
+    values = "1 value" if most == 1 else f"{most} values"
+    diagnostics.error("LD0509", f"`{block}` takes {values} without a name", span, "one too many",
+                      help="leave it out, or name its pin")
 
 
 def bad_power_pin(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
@@ -62,8 +70,8 @@ def bad_power_pin(diagnostics: Diagnostics, span: Span, message: str, label: str
 
 
 def bad_in_out(diagnostics: Diagnostics, span: Span, pin: str, label: str, help: str) -> None:
-    diagnostics.error("LD0511", f"pin `{pin}` is VAR_IN_OUT and needs a variable of its own type", span, label,
-                      help=help)
+    diagnostics.error("LD0511", f"pin `{pin}` is VAR_IN_OUT and needs a variable of its own type", span,
+                      label, help=help)
 
 
 def mixed_arguments(diagnostics: Diagnostics, span: Span, name: str) -> None:
@@ -86,11 +94,12 @@ def unknown_label(diagnostics: Diagnostics, span: Span, label: str, help: str) -
 
 
 def no_memory(diagnostics: Diagnostics, span: Span, pou: str, what: str) -> None:
-    diagnostics.error("LD0516", f"FUNCTION `{pou}` cannot hold {what}", span, "needs memory between two calls",
+    diagnostics.error("LD0516", f"FUNCTION `{pou}` cannot hold {what}", span,
+                      "needs memory between two calls",
                       help="make it a FUNCTION_BLOCK: a FUNCTION has no memory")
 
 
 def duplicate_coil(diagnostics: Diagnostics, span: Span, place: str, first: Span) -> None:
     diagnostics.warning("LD0310", f"`{place}` is written by more than one coil", span, "written again here",
                         secondary=(Label(first, "first written here"),),
-                        help="the last coil wins: join the conditions in one rung, or use (S ...) and (R ...)")
+                        help="the last coil wins: join the conditions in one rung, or use (S ..) and (R ..)")

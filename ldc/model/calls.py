@@ -15,7 +15,7 @@ from ldc.model.names import suggest
 from ldc.model.values import Value
 from ldc.parser import ast
 from ldc.symbols import Parameter, Signature
-from ldc.types import is_scalar
+from ldc.types import Type, is_scalar
 
 
 def standard_function(key: str) -> Function | None:
@@ -26,7 +26,7 @@ def standard_function(key: str) -> Function | None:
     return functions.lookup(key) or replace(functions.lookup("INT_TO_DINT"), name=key)
 
 
-def call(env: Environment, node: ast.Call, hint, diagnostics: Diagnostics) -> Value | None:
+def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
     """The typed call; None after an error."""
     key = node.name.upper()
     signature = env.signature(key)
@@ -35,14 +35,14 @@ def call(env: Environment, node: ast.Call, hint, diagnostics: Diagnostics) -> Va
             kind = signature.kind.lower().replace("_", " ")
             findings.wrong_kind(diagnostics, node.span, f"`{node.name}` cannot be called in an expression",
                                 f"this is a {kind}",
-                                "draw it as a block, `<instance: TYPE(...)>`, and read its outputs by `instance.pin`")
+                                "draw it as a block, `<instance: TYPE(...)>`, and read `instance.pin`")
             return None
         return _project_function(env, node, signature, diagnostics)
     function = standard_function(key)
     if function is None:
         unknown_function(env, node.name, node.span, diagnostics)
         return None
-    return _standard_function(env, node, function, diagnostics)
+    return _standard_function(env, node, function, hint, diagnostics)
 
 
 def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics) -> None:
@@ -69,7 +69,7 @@ def _inputs_only(node: ast.Call, diagnostics: Diagnostics) -> bool:
 
 
 def _standard_function(
-    env: Environment, node: ast.Call, function: Function, diagnostics: Diagnostics
+    env: Environment, node: ast.Call, function: Function, hint: Type | None, diagnostics: Diagnostics
 ) -> Value | None:
     if not _inputs_only(node, diagnostics):
         return None
@@ -98,7 +98,7 @@ def _standard_function(
     values = [expressions.value(env, places[i].value, None, diagnostics) for i in range(count)]
     if None in values:
         return None
-    return expressions.apply(env, function.name, tuple(values), node.span, diagnostics)
+    return expressions.apply(env, function.name, tuple(values), node.span, diagnostics, hint)
 
 
 def _project_function(

@@ -118,13 +118,15 @@ class Configurator:
 
     def _single(self, node: ast.Task, interval: int | None) -> bool:
         if interval is not None:
-            findings.bad_task(self.diagnostics, node.single.span, f"task `{node.name}` has SINGLE and INTERVAL",
-                              "a second trigger", "keep one of the two")
+            findings.bad_task(self.diagnostics, node.single.span,
+                              f"task `{node.name}` has SINGLE and INTERVAL", "a second trigger",
+                              "keep one of the two")
             return False
         place = places.place(self.env, node.single, self.diagnostics)
         if place is not None and storage(place.type) != BOOL:
-            findings.bad_task(self.diagnostics, node.single.span, f"SINGLE of task `{node.name}` needs a BOOL",
-                              f"this is {place.type}", "name a global BOOL variable or an address")
+            findings.bad_task(self.diagnostics, node.single.span,
+                              f"SINGLE of task `{node.name}` needs a BOOL", f"this is {place.type}",
+                              "name a global BOOL variable or an address")
             return False
         return place is not None
 
@@ -180,12 +182,14 @@ class Configurator:
         for setting in tasks:
             wanted = [p.name for p in self._programs.values()] if everything else setting.programs
             if not 0 <= setting.priority <= MOST_PRIORITY:
-                findings.bad_task(self.diagnostics, None, f"task `{setting.name}` has the priority "
-                                  f"{setting.priority}", "", f"0 (the most urgent) to {MOST_PRIORITY} is possible")
+                findings.bad_task(self.diagnostics, None,
+                                  f"task `{setting.name}` has the priority {setting.priority}", "",
+                                  f"0 (the most urgent) to {MOST_PRIORITY} is possible")
                 continue
             if setting.interval is not None and setting.interval <= 0:
-                findings.bad_task(self.diagnostics, None, f"task `{setting.name}` has an interval of no length",
-                                  "", "write for example `interval = \"10ms\"`")
+                findings.bad_task(self.diagnostics, None,
+                                  f"task `{setting.name}` has an interval of no length", "",
+                                  "write for example `interval = \"10ms\"`")
                 continue
             old = resources.get(setting.processor, Resource(setting.processor, setting.processor, (), ()))
             runs = tuple(Run(self._programs[name.upper()].name, name.upper(), setting.name) for name in wanted
@@ -198,8 +202,8 @@ class Configurator:
         runs = {run.name.upper(): run.pou for resource in model.resources for run in resource.runs}
         for path in model.safe:
             if not self._exists(path, runs) and not model.incomplete:
-                findings.bad_safe_value(self.diagnostics, path,
-                                        "name an output address (%QX0.0), a global variable or instance.variable")
+                findings.bad_safe_value(self.diagnostics, path, "name an output address (%QX0.0), "
+                                        "a global variable or instance.variable")
 
     def _exists(self, path: str, runs: dict[str, str]) -> bool:
         if path.startswith("%"):

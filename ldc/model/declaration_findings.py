@@ -8,10 +8,16 @@ from ldc.diagnostics import Diagnostics, Label
 from ldc.source import Span
 
 
+def head(span: Span) -> Span:
+    """The first line of what a span covers: the head of a POU or type is enough to show it."""
+    end = span.source.text.find("\n", span.start, span.end)
+    return span if end < 0 else Span(span.source, span.start, end)
+
+
 def duplicate(diagnostics: Diagnostics, span: Span | None, name: str, what: str, first: Span | None) -> None:
-    secondary = (Label(first, "first declared here"),) if first else ()
-    diagnostics.error("LD0201", f"{what} `{name}` is declared twice", span, "declared again here",
-                      secondary=secondary, help="rename one of the two; upper and lower case are the same")
+    secondary = (Label(head(first), "first declared here"),) if first else ()
+    diagnostics.error("LD0201", f"{what} `{name}` is declared twice", head(span) if span else None,
+                      "declared again here", secondary=secondary, help="rename one of the two; upper and lower case are the same")
 
 
 def reserved_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None:
@@ -37,7 +43,7 @@ def unknown_type(diagnostics: Diagnostics, span: Span, name: str, help: str) -> 
 
 def recursive_type(diagnostics: Diagnostics, span: Span, names: Iterable[str]) -> None:
     cycle = " -> ".join(names)
-    diagnostics.error("LD0206", f"type contains itself: {cycle}", span, "leads back to itself",
+    diagnostics.error("LD0206", f"type contains itself: {cycle}", head(span), "leads back to itself",
                       help="take the type out of itself; a list of elements is an ARRAY")
 
 
@@ -51,8 +57,8 @@ def bad_bounds(diagnostics: Diagnostics, span: Span, message: str, label: str, h
 
 
 def too_large(diagnostics: Diagnostics, span: Span, count: int, most: int) -> None:
-    diagnostics.error("LD0209", f"a type of {count} elements is too large", span, f"at most {most} are possible",
-                      help="make the array smaller or divide it")
+    diagnostics.error("LD0209", f"a type of {count} elements is too large", span,
+                      f"at most {most} are possible", help="make the array smaller or divide it")
 
 
 def bad_initial(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:
@@ -69,7 +75,8 @@ def wrong_width(diagnostics: Diagnostics, span: Span, address: str, bits: int, t
 
 
 def location_not_allowed(diagnostics: Diagnostics, span: Span, name: str, where: str) -> None:
-    diagnostics.error("LD0213", f"`{name}` may not have an address in {where}", span, "AT is not possible here",
+    diagnostics.error("LD0213", f"`{name}` may not have an address in {where}", span,
+                      "AT is not possible here",
                       help="declare it with AT in a PROGRAM or in VAR_GLOBAL and pass it in by a pin")
 
 
@@ -90,7 +97,7 @@ def bad_external(
 
 
 def recursion(diagnostics: Diagnostics, span: Span, names: list[str], calls: Iterable[Label]) -> None:
-    diagnostics.error("LD0216", f"POUs call each other in a circle: {' -> '.join(names)}", span,
+    diagnostics.error("LD0216", f"POUs call each other in a circle: {' -> '.join(names)}", head(span),
                       f"`{names[0]}` needs itself", secondary=calls,
                       help="IEC 61131-3 forbids recursion; write a loop in ST, or take the call out")
 
@@ -100,18 +107,21 @@ def not_allowed_here(diagnostics: Diagnostics, span: Span, message: str, label: 
 
 
 def program_as_type(diagnostics: Diagnostics, span: Span, name: str, kind: str) -> None:
-    diagnostics.error("LD0218", f"{kind} `{name}` is no type", span, "a type or a function block is needed here",
+    diagnostics.error("LD0218", f"{kind} `{name}` is no type", span,
+                      "a type or a function block is needed here",
                       help="make it a FUNCTION_BLOCK" if kind == "PROGRAM"
                       else "a FUNCTION is called, it has no instances")
 
 
 def several_configurations(diagnostics: Diagnostics, span: Span, name: str, first: Span) -> None:
-    diagnostics.error("LD0219", f"a second CONFIGURATION `{name}`", span, "a project has one configuration",
-                      secondary=(Label(first, "the first one"),),
+    diagnostics.error("LD0219", f"a second CONFIGURATION `{name}`", head(span),
+                      "a project has one configuration", secondary=(Label(head(first), "the first one"),),
                       help="put its resources into the first one, or leave one file out")
 
 
-def unknown_in_configuration(diagnostics: Diagnostics, span: Span | None, what: str, name: str, help: str) -> None:
+def unknown_in_configuration(
+    diagnostics: Diagnostics, span: Span | None, what: str, name: str, help: str
+) -> None:
     diagnostics.error("LD0220", f"there is no {what} `{name}`", span, f"unknown {what}", help=help)
 
 
@@ -120,12 +130,12 @@ def bad_task(diagnostics: Diagnostics, span: Span | None, message: str, label: s
 
 
 def circular_constant(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    diagnostics.error("LD0222", f"the declaration of `{name}` needs `{name}` itself", span, "goes in a circle",
-                      help="give it a value that does not depend on itself")
+    diagnostics.error("LD0222", f"the declaration of `{name}` needs `{name}` itself", span,
+                      "goes in a circle", help="give it a value that does not depend on itself")
 
 
 def never_run(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    diagnostics.warning("LD0223", f"no task runs PROGRAM `{name}`", span, "is never executed",
+    diagnostics.warning("LD0223", f"no task runs PROGRAM `{name}`", head(span), "is never executed",
                         help="add an instance of it to the CONFIGURATION or to a task of ldc.toml")
 
 
@@ -134,5 +144,5 @@ def bad_safe_value(diagnostics: Diagnostics, path: str, help: str) -> None:
 
 
 def nested_too_deep(diagnostics: Diagnostics, span: Span, what: str, most: int) -> None:
-    diagnostics.error("LD0225", f"{what} is nested too deep", span, f"more than {most} levels",
+    diagnostics.error("LD0225", f"{what} is nested too deep", head(span), f"more than {most} levels",
                       help="make the chain of declarations shorter, or declare what is used before its use")

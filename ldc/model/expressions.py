@@ -15,10 +15,21 @@ from ldc.model import calls, places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
-from ldc.model.values import AnyEnum, NetValue, Untyped, Value, coerce, fits, is_real, literal, natural, settle
+from ldc.model.values import (
+    AnyEnum,
+    NetValue,
+    Untyped,
+    Value,
+    coerce,
+    fits,
+    is_real,
+    literal,
+    natural,
+    storable,
+)
 from ldc.parser import ast
 from ldc.source import Span
-from ldc.types import BOOL, REAL, Array, Elementary, Enum, Instance, Scalar, Struct, Type, is_scalar
+from ldc.types import BOOL, REAL, Array, Elementary, Enum, Instance, Scalar, Struct, Type, is_scalar, storage
 
 OPERATORS = {
     "OR": "OR", "XOR": "XOR", "AND": "AND", "=": "EQ", "<>": "NE", "<": "LT", ">": "GT", "<=": "LE",
@@ -106,7 +117,9 @@ def _place(env: Environment, node: ast.Expr, hint: Type | None, diagnostics: Dia
     return None if found is None else Load(found, node.span)
 
 
-def _literal(env: Environment, node: ast.Literal, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+def _literal(
+    env: Environment, node: ast.Literal, hint: Type | None, diagnostics: Diagnostics
+) -> Value | None:
     return literal(node, env.type_named(node.type.upper()) if node.type else None, diagnostics)
 
 
@@ -116,7 +129,7 @@ def _enum_literal(
     type_ = env.type_named(node.type.upper())
     if not isinstance(type_, Enum):
         if not env.silent(node.type.upper()):
-            findings.unknown_type_prefix(diagnostics, node.span, node.type, "")
+            findings.unknown_type_prefix(diagnostics, node.span, node.type)
         return None
     key = node.name.upper()
     for name, number in type_.values:
@@ -226,9 +239,15 @@ def _resolve(name: str, types: tuple[Type | None, ...]):
     return functions.resolve(name, types)
 
 
-def resolve(name: str, args: tuple[Value | NetValue, ...]) -> functions.Resolved | str:
-    """How the library takes these arguments; its words when it does not. A literal takes the type that
-    the others decide, unless it does not fit in there: then it counts with its natural type."""
+def resolve(
+    name: str, args: tuple[Value | NetValue, ...], hint: Type | None = None
+) -> functions.Resolved | str:
+    """How the library takes these arguments; its words when it does not.
+
+    A literal takes the type that the other arguments decide, unless it does not fit in there: then it
+    counts with its natural type. When nothing decides and the result is of no use to the context,
+    literals take the type that the context asks for (``hint``).
+    """
     types = tuple(None if type(a) in (Untyped, AnyEnum) else a.type for a in args)
     if None not in types:
         return _resolve(name, types)
@@ -241,21 +260,27 @@ def resolve(name: str, args: tuple[Value | NetValue, ...]) -> functions.Resolved
     if enum is not None:
         types = tuple(enum if type(a) is AnyEnum else t for a, t in zip(args, types, strict=True))
     found = _resolve(name, types)
+    if hint is not None and (isinstance(found, str) or not storable(found.result, hint)):
+        hinted = _resolve(name, tuple(storage(hint) if type(a) is Untyped else t
+                                      for a, t in zip(args, types, strict=True)))
+        if not isinstance(hinted, str) and storable(hinted.result, hint):
+            return hinted
     if isinstance(found, str):
         return found
     loose = [i for i, a in enumerate(args) if types[i] is None and type(a) is Untyped]
     if all(fits(args[i].value, found.parameters[i]) for i in loose):
         return found
-    wider = tuple(natural(a.value) if i in loose else t for i, (a, t) in enumerate(zip(args, types, strict=True)))
+    wider = tuple(natural(args[i].value) if i in loose else t for i, t in enumerate(types))
     retried = _resolve(name, wider)
     return found if isinstance(retried, str) else retried
 
 
 def apply(
-    env: Environment, name: str, args: tuple[Value, ...], span: Span, diagnostics: Diagnostics, shown: str = ""
+    env: Environment, name: str, args: tuple[Value, ...], span: Span, diagnostics: Diagnostics,
+    hint: Type | None = None,
 ) -> Apply | None:
     """A standard function or operator on typed or undecided values."""
-    resolved = resolve(name, args)
+    resolved = resolve(name, args, hint)
     if isinstance(resolved, str):
         findings.no_such_operation(diagnostics, span, resolved, _operation_help(name, args))
         return None

@@ -43,7 +43,9 @@ class Frame:
     """An ``Environment`` of declarations: its variables are built when they are first needed, so that
     constants may be used before the place where they are declared."""
 
-    def __init__(self, owner: Owner, pou: str, kind: str, blocks_: Iterable[ast.VarBlock], parent: Frame | None):
+    def __init__(
+        self, owner: Owner, pou: str, kind: str, var_blocks: Iterable[ast.VarBlock], parent: Frame | None
+    ) -> None:
         self.owner, self.pou, self.kind, self.parent = owner, pou, kind, parent
         self.library, self.image_bytes = owner.library, owner.image_bytes
         self.broken: set[str] = set()
@@ -51,7 +53,7 @@ class Frame:
         self._building: list[str] = []
         self._types: dict[int, Known | None] = {}
         self._declared: dict[str, tuple[ast.VarDecl, ast.VarBlock]] = {}
-        for block in blocks_:
+        for block in var_blocks:
             if self._block_allowed(block):
                 for declaration in block.variables:
                     self._declare(declaration, block)
@@ -103,7 +105,9 @@ class Frame:
     def _check_name(self, node: ast.VarDecl, key: str, kind: str) -> None:
         diagnostics = self.owner.diagnostics
         if key.startswith(PREFIX):
-            findings.reserved_prefix(diagnostics, node.span, node.name)
+            # IL text may be what the compiler printed: its own memories and temporaries come back.
+            if kind != "local" or not node.span.source.path.lower().endswith(".il"):
+                findings.reserved_prefix(diagnostics, node.span, node.name)
         elif key in ELEMENTARY:
             findings.reserved_name(diagnostics, node.span, node.name, "a data type of the standard")
         elif self.kind == "FUNCTION" and kind in _PINS and key in _FUNCTION_PINS:
@@ -153,8 +157,8 @@ class Frame:
             location = self._location(node, block, known.type)
             if location is None:
                 return None
-        return Variable(node.name, known.type, kind, initial, "RETAIN" in block.qualifiers, constant, location,
-                        node.span)
+        return Variable(node.name, known.type, kind, initial, "RETAIN" in block.qualifiers, constant,
+                        location, node.span)
 
     def type_of(self, node: ast.TypeExpr) -> Known | None:
         """The type that is written in a declaration (``a, b : INT`` shares one)."""
@@ -176,15 +180,17 @@ class Frame:
             where, help = "VAR CONSTANT", "declare the instance in VAR"
         else:
             return True
-        findings.not_allowed_here(self.owner.diagnostics, node.span, f"function block `{node.name}` in {where}",
-                                  f"an instance of {type_}", help)
+        findings.not_allowed_here(self.owner.diagnostics, node.span,
+                                  f"function block `{node.name}` in {where}", f"an instance of {type_}", help)
         return False
 
     def _external(self, node: ast.VarDecl, type_: Type) -> Variable | None:
         diagnostics = self.owner.diagnostics
         if node.initial is not None or node.location is not None:
-            findings.not_allowed_here(diagnostics, node.span, f"VAR_EXTERNAL `{node.name}` with a value or address",
-                                      "refers to a global variable", "give it at the VAR_GLOBAL")
+            findings.not_allowed_here(diagnostics, node.span,
+                                      f"VAR_EXTERNAL `{node.name}` with a value or address",
+                                      "refers to a global variable",
+                                      "give it at the VAR_GLOBAL")
             return None
         found = self.parent.variable(node.name.upper()) if self.parent is not None else None
         if found is None:
@@ -195,7 +201,8 @@ class Frame:
         target = found[0]
         if target.type != type_:
             findings.bad_external(diagnostics, node.span, f"`{node.name}` is {target.type}, not {type_}",
-                                  f"declared as {type_} here", target.span, f"write `{node.name} : {target.type};`")
+                                  f"declared as {type_} here", target.span,
+                                  f"write `{node.name} : {target.type};`")
             return None
         return Variable(target.name, type_, "external", target.initial if target.constant else None,
                         constant=target.constant, location=target.location, span=node.span)

@@ -38,7 +38,8 @@ def integer(env: Environment, node: ast.Expr, diagnostics: Diagnostics, what: st
         return None
     base = storage(found.type)
     if not isinstance(base, Elementary) or base.kind not in ("int", "uint"):
-        findings.bad_bounds(diagnostics, node.span, f"{what} must be an integer", f"this is {described(found.type)}")
+        findings.bad_bounds(diagnostics, node.span, f"{what} must be an integer",
+                            f"this is {described(found.type)}")
         return None
     return found.value
 
@@ -102,12 +103,13 @@ def _fields(env: Environment, node: ast.Initial, type_: Struct | Instance, membe
         member = members.get(name.upper())
         if member is None or name.upper() in given:
             failed = True
-            known = ", ".join(m.name for m in members.values())
-            twice = member is not None
-            findings.bad_initial(diagnostics, item.span, f"{type_} has no member `{name}`" if not twice
-                                 else f"member `{name}` is given twice", "a value for it",
-                                 "give it once" if twice else suggest(name, [m.name for m in members.values()])
-                                 or f"it has {known}")
+            if member is None:
+                names = [m.name for m in members.values()]
+                message = f"{type_} has no member `{name}`"
+                help = suggest(name, names) or "it has " + ", ".join(names)
+            else:
+                message, help = f"member `{name}` is given twice", "give it once"
+            findings.bad_initial(diagnostics, item.span, message, "a value for it", help)
             continue
         found = initial_value(env, item, member.type, diagnostics)
         failed |= found is None

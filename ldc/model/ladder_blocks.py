@@ -10,13 +10,13 @@ from ldc.model import call_findings as findings
 from ldc.model import elements, expressions, places
 from ldc.model.calls import pins_help, standard_function, unknown_function
 from ldc.model.environment import Environment
-from ldc.model.pins import NetOf
+from ldc.model.pins import NetOf, is_net
 from ldc.model.type_findings import no_such_operation
 from ldc.model.values import NetValue, Value
 from ldc.model.wiring import Wiring
 from ldc.parser import ast
 from ldc.symbols import Signature
-from ldc.types import BOOL, Instance
+from ldc.types import BOOL, Instance, Type
 
 
 def block(
@@ -34,7 +34,9 @@ def block(
         if node.instance is not None:
             return _function_with_instance(node, diagnostics)
         found = _standard_signature(env, node, function, net_of, diagnostics)
-        return None if found is None else Wiring(env, node, found[0], net_of, diagnostics, found[1]).function()
+        if found is None:
+            return None
+        return Wiring(env, node, found[0], net_of, diagnostics, found[1]).function()
     if signature.kind == "PROGRAM":
         findings.wrong_kind(diagnostics, node.span, f"PROGRAM `{signature.name}` cannot be drawn as a block",
                             "a program runs by a task", "make it a FUNCTION_BLOCK")
@@ -102,14 +104,26 @@ def _standard_signature(
     arguments = tuple(given[i] for i in range(number))
     if None in arguments:
         return None
-    resolved = expressions.resolve(function.name, arguments)
+    resolved = expressions.resolve(function.name, arguments, _target_type(env, node, diagnostics))
     if isinstance(resolved, str):
         no_such_operation(diagnostics, node.span, resolved)
         return None
     return resolved.signature, values
 
 
-def _pin_value(env: Environment, pin: ast.Pin, net_of: NetOf, diagnostics: Diagnostics) -> Value | NetValue | None:
+def _target_type(env: Environment, node: ast.Block, diagnostics: Diagnostics) -> Type | None:
+    """The type of the variable that takes the result: what literals become when nothing else decides."""
+    for pin in node.pins:
+        if pin.output and pin.name.upper() == "OUT" and not is_net(pin):
+            target = places.place(env, pin.value, diagnostics, write=True)
+            return target.type if target is not None else None
+    return None
+
+
+def _pin_value(
+    env: Environment, pin: ast.Pin, net_of: NetOf, diagnostics: Diagnostics
+) -> Value | NetValue | None:
+    """What a pin brings into the choice of the overload."""
     if type(pin.value) is ast.Branches:
         return NetValue(BOOL)
     if type(pin.value) is ast.Junction:

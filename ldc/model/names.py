@@ -15,7 +15,6 @@ IL_WORDS = frozenset(
     "LD LDN ST STN S R AND ANDN OR ORN XOR XORN NOT ADD SUB MUL DIV MOD GT GE EQ NE LE LT "
     "JMP JMPC JMPCN CAL CALC CALCN RET RETC RETCN".split()
 )
-WORDS = frozenset("RETURN EN ENO".split())
 
 
 def standard(key: str) -> str | None:

@@ -14,8 +14,10 @@ from ldc.source import Span
 from ldc.types import Array, Instance
 
 DEEPEST_CALLS = 100
-_WORD = re.compile(r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\()?)",
-                   re.DOTALL)
+# Comments and strings are passed over; a word, and whether a bracket follows it.
+_WORD = re.compile(
+    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\()?)", re.DOTALL
+)
 
 
 def call_order(pous: dict[str, Pou], diagnostics: Diagnostics) -> tuple[str, ...]:

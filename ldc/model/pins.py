@@ -6,15 +6,14 @@ from collections.abc import Callable
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Load, Place
-from ldc.library import functions
 from ldc.model import call_findings as findings
 from ldc.model import expressions, places, type_findings
 from ldc.model.elements import Net, PinIn, PinOut
 from ldc.model.environment import Environment
-from ldc.model.values import Value, coerce, same
+from ldc.model.values import Value, coerce, storable
 from ldc.parser import ast
 from ldc.symbols import Parameter
-from ldc.types import BOOL, Elementary, Enum, Type, storage
+from ldc.types import BOOL, storage
 
 NetOf = Callable[[ast.Branches | ast.Junction], Net]
 
@@ -58,20 +57,9 @@ def pin_out(
     if target is None:
         return None
     if not storable(parameter.type, target.type):
-        type_findings.mismatch(diagnostics, pin.value.span, parameter.type, target.type,
-                               f"output `{parameter.name}`")
+        type_findings.not_storable(diagnostics, pin.value.span, parameter.name, parameter.type, target.type)
         return None
     return PinOut(parameter.name, parameter.type, target, pin.span)
-
-
-def storable(source: Type, target: Type) -> bool:
-    """Whether a value of ``source`` may be stored in a place of ``target``."""
-    if same(source, target):
-        return True
-    if isinstance(source, Enum) or isinstance(target, Enum):
-        return False
-    left, right = storage(source), storage(target)
-    return isinstance(left, Elementary) and isinstance(right, Elementary) and functions.widens(left, right)
 
 
 def pin_in_out(

@@ -149,7 +149,8 @@ def _member(
             return FieldStep(pin.name), pin.type
         names = [p.name for p in signature.inputs + signature.outputs]
     else:
-        findings.not_a_value(diagnostics, node.base.span, f"`{node.name}` is asked of a value without members",
+        findings.not_a_value(diagnostics, node.base.span,
+                             f"`{node.name}` is asked of a value without members",
                              f"this is {findings.described(type_)}",
                              "only structures and function blocks have members, bit strings have bits")
         return None
@@ -181,8 +182,10 @@ def _index(
         return None
     count = len(type_.bounds)
     if len(node.indexes) != count:
-        findings.bad_index(diagnostics, node.span, f"the array has {count} dimension{'s' if count > 1 else ''}",
-                           f"{len(node.indexes)} given", "give one index for each dimension")
+        findings.bad_index(diagnostics, node.span,
+                           f"the array has {count} dimension{'s' if count > 1 else ''}",
+                           f"{len(node.indexes)} given",
+                           "give one index for each dimension")
         return None
     indexes = [_one_index(env, written, *bounds, diagnostics)
                for written, bounds in zip(node.indexes, type_.bounds, strict=True)]
@@ -191,7 +194,9 @@ def _index(
     return IndexStep(tuple(indexes), type_.bounds), type_.element
 
 
-def _one_index(env: Environment, node: ast.Expr, low: int, high: int, diagnostics: Diagnostics) -> Expr | None:
+def _one_index(
+    env: Environment, node: ast.Expr, low: int, high: int, diagnostics: Diagnostics
+) -> Expr | None:
     found = expressions.value(env, node, None, diagnostics)
     if found is None:
         return None
@@ -236,7 +241,7 @@ def _writable(
         why, help = "outside of this FUNCTION", "a FUNCTION has no side effects; return it as an output"
     else:
         return True
-    call_findings.not_writable(diagnostics, node.span, root if variable is None else node.span.text, why, help,
-                               declared)
+    call_findings.not_writable(diagnostics, node.span, root if variable is None else node.span.text, why,
+                               help, declared)
     return False
 

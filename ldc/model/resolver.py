@@ -100,7 +100,8 @@ class _Resolver:
             broken=self._broken(), incomplete=self.incomplete, damaged=self._damaged,
         )
         check_overlaps(model, self.diagnostics)
-        return Configurator(model, self.globals, self.settings, self.diagnostics).configured(self.configurations)
+        configurator = Configurator(model, self.globals, self.settings, self.diagnostics)
+        return configurator.configured(self.configurations)
 
     def _broken(self) -> dict[str, frozenset[str]]:
         frames = {"": self.globals, **self._frames}
@@ -187,4 +188,4 @@ def _what_is_missing(pous: dict[str, ast.Pou], diagnostics: Diagnostics) -> tupl
 
 def _in_body(pou: ast.Pou, at: Span) -> bool:
     start = max((block.span.end for block in pou.var_blocks), default=pou.name_span.end)
-    return at.source is pou.span.source and start <= at.start < pou.span.end and at.start >= pou.body.span.start
+    return at.source is pou.span.source and max(start, pou.body.span.start) <= at.start < pou.span.end

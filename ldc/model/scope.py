@@ -16,15 +16,15 @@ from ldc.types import Enum, Type
 
 
 class Scope:
-    """Types the expressions and elements of one POU; with the name "" only globals are visible.
+    """Types the expressions and elements of one POU; without a name only globals are visible.
 
     It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
     given and returns None then.
     """
 
-    def __init__(self, model: Model, pou_name: str = "") -> None:
+    def __init__(self, model: Model, pou_name: str | None = None) -> None:
         self.model = model
-        self.pou = pou_name
+        self.pou = pou_name or ""
         self.image_bytes = model.image_bytes
         found = model.pous.get(pou_name.upper()) if pou_name else None
         self.kind = found.signature.kind if found is not None else ""

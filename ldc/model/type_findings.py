@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from ldc.diagnostics import Diagnostics, Label
+from ldc.diagnostics import Diagnostics
 from ldc.library import functions
 from ldc.source import Span
-from ldc.types import Array, Elementary, Enum, Instance, String, Struct, Type, storage
+from ldc.types import BOOL, Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, storage
 
 
 def not_bool(diagnostics: Diagnostics, span: Span, what: str, type_: Type, help: str) -> None:
     diagnostics.error("LD0401", f"{what} needs a BOOL", span, f"this is {described(type_)}", help=help)
 
 
-def does_not_fit(diagnostics: Diagnostics, span: Span, text: str, type_: Type, help: str = "") -> None:
-    diagnostics.error("LD0402", f"{text} does not fit the type {type_}", span, _holds(type_), help=help)
+def does_not_fit(diagnostics: Diagnostics, span: Span, text: str, type_: Type) -> None:
+    diagnostics.error("LD0402", f"{text} does not fit the type {type_}", span, _holds(type_),
+                      help="choose a smaller value or a larger type")
 
 
 def _holds(type_: Type) -> str:
@@ -23,24 +24,34 @@ def _holds(type_: Type) -> str:
             return f"{type_} goes from {low} to {high}"
         case String():
             return f"{type_} holds {type_.length} characters"
-        case _ if hasattr(type_, "low"):
+        case Subrange():
             return f"{type_} goes from {type_.low} to {type_.high}"
     return f"too large for {type_}"
 
 
 def mismatch(diagnostics: Diagnostics, span: Span, wanted: Type, got: Type, what: str = "") -> None:
     message = f"{what or 'this place'} needs {described(wanted)}, not {described(got)}"
-    diagnostics.error("LD0403", message, span, f"this is {described(got)}", help=conversion_help(got, wanted))
+    _mismatch(diagnostics, span, message, got, conversion_help(got, wanted))
+
+
+def not_storable(diagnostics: Diagnostics, span: Span, pin: str, given: Type, target: Type) -> None:
+    help = conversion_help(given, target)
+    _mismatch(diagnostics, span, f"output `{pin}` gives {described(given)}, not {described(target)}", target,
+              f"take it into a variable of type {given}" + (f", then {help}" if help else ""))
+
+
+def _mismatch(diagnostics: Diagnostics, span: Span, message: str, there: Type, help: str) -> None:
+    diagnostics.error("LD0403", message, span, f"this is {described(there)}", help=help)
 
 
 def conversion_help(got: Type, wanted: Type) -> str:
     """Names the function that makes the one type from the other, when there is one."""
     got, wanted = storage(got), storage(wanted)
     if isinstance(got, Elementary | String) and isinstance(wanted, Elementary | String):
-        if wanted == Elementary("BOOL", "bool", 1):
+        if wanted == BOOL:
             return "compare it, for example with `<> 0`"
-        name = f"{got.name}_TO_{wanted.name}"
-        if functions.lookup(name) is not None:
+        name = functions.conversion(got, wanted)
+        if functions.is_function(name):
             return f"convert it by `{name}(...)`"
     return ""
 
@@ -69,7 +80,8 @@ def not_a_value(diagnostics: Diagnostics, span: Span, message: str, label: str, 
 
 
 def unknown_member(diagnostics: Diagnostics, span: Span, type_: Type, name: str, help: str) -> None:
-    diagnostics.error("LD0406", f"{described(type_)} has no member `{name}`", span, "unknown member", help=help)
+    diagnostics.error("LD0406", f"{described(type_)} has no member `{name}`", span, "unknown member",
+                      help=help)
 
 
 def bad_index(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:
@@ -107,10 +119,6 @@ def modifier_on_expression(diagnostics: Diagnostics, span: Span, modifier: str, 
     diagnostics.error("LD0413", message, span, "this is an expression", help=help)
 
 
-def unknown_type_prefix(diagnostics: Diagnostics, span: Span, name: str, help: str) -> None:
-    diagnostics.error("LD0414", f"there is no enumeration `{name}`", span, "unknown type", help=help)
-
-
-def secondary(span: Span | None, text: str) -> tuple[Label, ...]:
-    """One secondary label, or none when the place is not known (a standard block)."""
-    return (Label(span, text),) if span else ()
+def unknown_type_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.error("LD0414", f"there is no enumeration `{name}`", span, "unknown type",
+                      help=f"declare it, `TYPE {name} : (value, value); END_TYPE`, or correct the name")

@@ -51,7 +51,8 @@ class TypeTable:
     """
 
     def __init__(
-        self, declarations: dict[str, ast.TypeDecl], pou_kinds: dict[str, tuple[str, str]], diagnostics: Diagnostics
+        self, declarations: dict[str, ast.TypeDecl], pou_kinds: dict[str, tuple[str, str]],
+        diagnostics: Diagnostics,
     ) -> None:
         self._declarations = declarations
         self._pou_kinds = pou_kinds
@@ -71,7 +72,8 @@ class TypeTable:
         if key in self._building:
             cycle = [*self._building[self._building.index(key):], key]
             first = self._declarations[cycle[0]]
-            findings.recursive_type(self._diagnostics, first.span, [self._declarations[k].name for k in cycle])
+            names = [self._declarations[k].name for k in cycle]
+            findings.recursive_type(self._diagnostics, first.span, names)
             self.broken.update(cycle)
             return None
         self._building.append(key)
@@ -114,7 +116,8 @@ class TypeTable:
             case ast.ArrayType():
                 return self._array(env, node)
             case ast.StructType() if not name:
-                findings.not_allowed_here(self._diagnostics, node.span, "a structure without a name", "declared here",
+                findings.not_allowed_here(self._diagnostics, node.span, "a structure without a name",
+                                          "declared here",
                                           "declare it as `TYPE name : STRUCT ... END_STRUCT; END_TYPE`")
                 return None
             case ast.StructType():
@@ -130,8 +133,8 @@ class TypeTable:
         if isinstance(elementary, String):
             return self._string(env, node, elementary)
         if node.length is not None:
-            findings.bad_bounds(self._diagnostics, node.span, f"{node.name} has no length", "only strings have",
-                                "write STRING[n] or WSTRING[n]")
+            findings.bad_bounds(self._diagnostics, node.span, f"{node.name} has no length",
+                                "only strings have", "write STRING[n] or WSTRING[n]")
             return None
         if elementary is not None:
             return Known(elementary)
@@ -156,8 +159,10 @@ class TypeTable:
         if length is None:
             return None
         if not 1 <= length <= LONGEST_STRING:
-            findings.bad_bounds(self._diagnostics, node.length.span, f"a string cannot have the length {length}",
-                                f"1 to {LONGEST_STRING} is possible", "choose another length")
+            findings.bad_bounds(self._diagnostics, node.length.span,
+                                f"a string cannot have the length {length}",
+                                f"1 to {LONGEST_STRING} is possible",
+                                "choose another length")
             return None
         return Known(String(type_.name, length))
 

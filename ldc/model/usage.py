@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import IndexStep, Load, Place
+from ldc.expr import Const, IndexStep, Place
 from ldc.model import call_findings as findings
 from ldc.model.elements import Coil
 from ldc.model.project import Pou
@@ -32,7 +32,7 @@ def duplicate_coils(pou: Pou, coils: Iterable[tuple[str, Coil]], diagnostics: Di
 
 
 def _computed(place: Place) -> bool:
-    return any(isinstance(step, IndexStep) and any(isinstance(i, Load) or not hasattr(i, "value") for i in step.indexes)
+    return any(isinstance(step, IndexStep) and any(not isinstance(i, Const) for i in step.indexes)
                for step in place.steps)
 
 

@@ -92,7 +92,9 @@ def fits(value: int | float, type_: Type) -> bool:
     return low <= value <= high
 
 
-def settle(value: Untyped | AnyEnum, type_: Type | None, diagnostics: Diagnostics, what: str = "") -> Const | None:
+def settle(
+    value: Untyped | AnyEnum, type_: Type | None, diagnostics: Diagnostics, what: str = ""
+) -> Const | None:
     """Give an undecided value the type that is asked for, or its natural one."""
     if type(value) is AnyEnum:
         return _settle_enum(value, type_, diagnostics)
@@ -145,7 +147,7 @@ def literal(node: ast.Literal, named: Type | None, diagnostics: Diagnostics) -> 
         return Untyped(value, node.span)
     type_ = named or ELEMENTARY.get(node.type)
     if type_ is None:
-        findings.unknown_type_prefix(diagnostics, node.span, node.type, "")
+        findings.unknown_type_prefix(diagnostics, node.span, node.type)
         return None
     if isinstance(type_, String):
         return Const(value, type_ if len(value) <= 80 else String(type_.name, len(value)), node.span)
@@ -172,6 +174,16 @@ def same(a: Type, b: Type) -> bool:
     return a == b
 
 
+def storable(source: Type, target: Type) -> bool:
+    """Whether a value of ``source`` may be stored in a place of ``target``, converted if need be."""
+    if same(source, target):
+        return True
+    if isinstance(source, Enum) or isinstance(target, Enum):
+        return False
+    left, right = storage(source), storage(target)
+    return isinstance(left, Elementary) and isinstance(right, Elementary) and functions.widens(left, right)
+
+
 def coerce(
     value: Value, wanted: Type | None, diagnostics: Diagnostics, span: Span, what: str = ""
 ) -> Expr | None:
@@ -188,11 +200,8 @@ def coerce(
                                  "this is a function block", "name one of its outputs, `instance.pin`")
             return None
         return value
-    source, target = storage(got), storage(wanted)
-    simple = not isinstance(got, Enum) and not isinstance(wanted, Enum)
-    if simple and isinstance(source, Elementary) and isinstance(target, Elementary) \
-            and functions.widens(source, target):
-        return converted(value, source, target, span)
+    if storable(got, wanted):
+        return converted(value, storage(got), storage(wanted), span)
     findings.mismatch(diagnostics, span, wanted, got, what)
     return None
 

@@ -57,8 +57,8 @@ def callees(rung: ast.Rung) -> Iterator[tuple[str, ast.Block | ast.Call]]:
             case ast.Block():
                 if element.instance is None:
                     yield element.type, element
-                expressions = tuple(p.value for p in element.pins
-                                    if type(p.value) is not ast.Branches and type(p.value) is not ast.Junction)
+                values = (p.value for p in element.pins)
+                expressions = tuple(v for v in values if not isinstance(v, ast.Branches | ast.Junction))
             case _:
                 continue
         for expression in expressions:
