@@ -39,7 +39,8 @@ def page(code: str) -> Page | None:
 
 
 def nearest(code: str, count: int = 3) -> tuple[str, ...]:
-    """Codes that look most like what was asked for; the number counts more than the letters."""
-    digits = re.sub(r"\D", "", code)
-    asked = f"LD{int(digits):04d}" if 0 < len(digits) <= 6 else code.upper()
-    return tuple(difflib.get_close_matches(asked, codes(), count, 0.5))
+    """Codes that look most like what was asked for: those that go on from it, then those that differ little."""
+    asked = code.upper() if code[:1].isalpha() else f"LD{code}"
+    begun = [known for known in codes() if len(asked) > 2 and known.startswith(asked)]
+    close = difflib.get_close_matches(asked, codes(), count, 0.6)
+    return tuple(dict.fromkeys([*begun, *close]))[:count]

@@ -26,7 +26,8 @@ def read_source(path: Path, shown: str, diagnostics: Diagnostics) -> SourceFile 
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        diagnostics.error("LD0602", f"cannot read `{shown}`: {reason}", help="check the permissions of the file")
+        help = "chmod u+r lets you read a file of your own" if isinstance(error, PermissionError) else ""
+        diagnostics.error("LD0602", f"cannot read `{shown}`: {reason}", help=help or "ls -l shows what it is")
         return None
     if len(data) > LIMIT:
         diagnostics.error(

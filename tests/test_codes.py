@@ -91,6 +91,6 @@ def test_no_expectation_without_its_example() -> None:
 
 def test_a_code_with_a_slip_of_the_finger_is_found() -> None:
     code = codes()[0]
-    assert page(code.lower()) is page(code)
+    assert page(code.lower()) == page(code)
     assert code in nearest(code.replace("0", "O", 1))
     assert code in nearest(code[2:])
