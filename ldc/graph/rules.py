@@ -25,7 +25,7 @@ def check(graph: RungGraph, diagnostics: Diagnostics) -> bool:
     rules.nets()
     rules.values()
     rules.junctions()
-    if not graph.in_order and rules.ok:
+    if not graph.in_order:
         rules.loops()
     return rules.ok
 
@@ -116,6 +116,7 @@ class _Rules:
         """Loops need a block, and power from the rail."""
         if loop := _first_component(self.graph, blocks=False):
             self._wrong(findings.loop_without_block, loop)
+        if not self.ok:
             return
         reached = _reached(self.graph)
         lost = [index for index in range(len(self.graph.elements)) if index not in reached]
