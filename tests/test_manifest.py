@@ -205,7 +205,7 @@ def test_every_value_of_a_toml_text_is_found_at_its_place(entries) -> None:
     for path, entry in spans.items():
         value = data
         for key in path:
-            value = value[key] if isinstance(value, dict) else value[0][key]
+            value = value[key] if isinstance(value, dict) else next(table[key] for table in value if key in table)
         if not entry.value.text.startswith("[") or isinstance(value, list):
             if entry.value.text != entry.key.text:
                 assert tomllib.loads(f"x = {entry.value.text}")["x"] == value
