@@ -104,7 +104,9 @@ def conversions() -> str:
     text += table("| from | to |", rows)
     truncations = ", ".join(f"`{row.name}`" for row in conversion.TRUNCATIONS)
     bcd = ", ".join(f"`{row.name}`" for row in conversion.BCD)
-    return (f"{text}\nFraction cut off; saturates, NaN gives 0: {truncations}.\n\n"
+    enumerations = ", ".join(f"`{row.name}`" for row in conversion.ENUMERATIONS)
+    return (f"{text}\nThe number of an enumeration value (not in the standard): {enumerations}.\n"
+            f"\nFraction cut off; saturates, NaN gives 0: {truncations}.\n\n"
             f"Binary coded decimals: {bcd}.\n")
 
 

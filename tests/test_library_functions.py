@@ -97,7 +97,9 @@ def same(a, b) -> bool:
     ("DATE_AND_TIME_TO_TIME_OF_DAY", (DT,), (DT,), TOD),
     ("STRING_TO_WSTRING", (String("STRING", 7),), (String("STRING", 7),), String("WSTRING", 7)),
     ("TO_INT", (REAL,), (REAL,), INT),
-    ("TO_DINT", (COLOUR,), (DINT,), DINT),
+    ("TO_DINT", (COLOUR,), (COLOUR,), DINT),
+    ("TO_INT", (COLOUR,), (COLOUR,), INT),
+    ("TO_INT", (PERCENT,), (INT,), INT),
     ("WORD_BCD_TO_UINT", (WORD,), (WORD,), UINT),
     ("UINT_TO_BCD_WORD", (None,), (UINT,), WORD),
     ("CONCAT_DATE_TOD", (DATE, TOD), (DATE, TOD), DT),
@@ -126,6 +128,8 @@ def test_types_of_a_call(name, types, parameters, result):
     ("EQ", (STRING, WSTRING), "EQ: STRING[80] and WSTRING[80] have no common type; convert one of them"),
     ("GT", (COLOUR, COLOUR), "GT takes a value of an elementary type at IN1, not COLOUR"),
     ("TO_WORD", (REAL,), "TO_WORD does not take REAL"),
+    ("TO_BOOL", (COLOUR,), "TO_BOOL does not take COLOUR"),
+    ("ENUM_TO_INT", (INT,), "ENUM_TO_INT takes an enumeration at IN, not INT"),
     ("TO_INT", (Array(((0, 1),), INT),), "TO_INT does not take ARRAY [0..1] OF INT"),
     ("FROB", (INT,), "there is no standard function FROB"),
 ])
@@ -210,6 +214,8 @@ def test_every_conversion_that_widening_needs_exists():
                 assert functions.lookup(functions.conversion(a, b)) is not None
     assert functions.conversion(INT, DINT) == "INT_TO_DINT"
     assert functions.conversion(PERCENT, INT) == "MOVE"
+    assert functions.conversion(COLOUR, DINT) == "ENUM_TO_DINT"
+    assert functions.conversion(COLOUR, COLOUR) == "MOVE"
 
 
 # ---- integers ---------------------------------------------------------------------------------
@@ -417,6 +423,7 @@ def test_comparisons_of_other_types():
     assert call("LT", (UINT, 65535), (DINT, 65536))
     assert call("LT", (INT, -1), (UINT, 0))
     assert call("EQ", (COLOUR, 1), (COLOUR, 1))
+    assert call("TO_INT", (COLOUR, 1)) == 1
 
 
 # ---- strings ----------------------------------------------------------------------------------

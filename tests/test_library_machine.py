@@ -15,10 +15,11 @@ from ldc.library.faults import DivisionByZero
 from ldc.library.generic import GENERIC
 from ldc.library.table import Resolved
 from ldc.symbols import Variable
-from ldc.types import ELEMENTARY, Type
+from ldc.types import ELEMENTARY, Enum, Type
 from runtime.vm.machine import Machine
 
-TYPES = tuple(dict.fromkeys(ELEMENTARY.values()))
+COLOUR = Enum("COLOUR", (("red", 0), ("green", 300)))
+TYPES = (*dict.fromkeys(ELEMENTARY.values()), COLOUR)
 TEXTS = ("", "a", "abc", "12", "-7", "1.5", "TRUE", "T#5s", "16#FF", "D#2000-01-01", "b1b1")
 REALS = (0.0, -0.0, 0.5, 1.5, 2.5, -1.0, -3.5, 1e30, -1e30, math.inf, -math.inf, math.nan, 1e-3, 12345.678)
 
@@ -51,6 +52,8 @@ def value_of(type_: Type, dice: random.Random):
         return text.encode() if type_.name == "STRING" else text
     if kind == "tod":
         return dice.randrange(86_400 * 10**9)
+    if kind == "enum":
+        return dice.choice(type_.values)[1]
     low, high = type_.range
     near = dice.randint(max(low, -20), min(high, 20))
     return dice.choice((low, high, near, near, dice.randint(low, high)))

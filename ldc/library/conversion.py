@@ -159,4 +159,8 @@ TRUNCATIONS = tuple(
              "fraction cut off; saturates, NaN gives 0")
     for a in (REAL, LREAL) for b in (SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT))
 BCD = _bcd_rows()
-FUNCTIONS = CONVERSIONS + TRUNCATIONS + BCD
+ENUMERATIONS = tuple(
+    Function(f"ENUM_TO_{b.name}", ("IN",), (Shape(("ANY_ENUM",), b.name),),
+             lambda types, out: convert(types[0], out), GROUP, "the number of the value; wraps")
+    for b in (SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT))
+FUNCTIONS = CONVERSIONS + TRUNCATIONS + BCD + ENUMERATIONS

@@ -80,9 +80,9 @@ def _resolve(name: str, arg_types: tuple[Type | None, ...]) -> Resolved | str:
         return f"there is no standard function {name}"
     if len(arg_types) != 1:
         return f"{name} takes 1 argument (IN), not {len(arg_types)}"
-    source, target = INT if arg_types[0] is None else storage(arg_types[0]), _TARGETS[name]
-    known = kind(source) != "aggregate" and TABLE.get(conversion(source, target))
-    return known.resolve((source,)) if known else f"{name} does not take {source}"
+    source, target = arg_types[0] or INT, _TARGETS[name]
+    row = kind(source) != "aggregate" and TABLE.get(conversion(source, target))
+    return row.resolve((source,)) if row else f"{name} does not take {source}"
 
 
 @lru_cache(maxsize=4096)
@@ -95,7 +95,7 @@ def meaning(op: str, arg_types: tuple[Type, ...], result: Type) -> Callable:
     stored = tuple(map(storage, arg_types))
     row = lookup(op)
     if row is None and op.upper() in _TARGETS:
-        row = TABLE[conversion(stored[0], _TARGETS[op.upper()])]
+        row = TABLE[conversion(arg_types[0], _TARGETS[op.upper()])]
     if row is None:
         raise KeyError(op)
     return row.meaning(stored, storage(result))

@@ -19,13 +19,14 @@ GENERIC: dict[str, frozenset[str]] = {
     "ANY_MAGNITUDE": _NUMBERS | {"time"},
     "ANY_BIT": frozenset(("bool", "bits")),
     "ANY_STRING": frozenset(("string",)),
+    "ANY_ENUM": frozenset(("enum",)),
     "ANY_ELEMENTARY": _NUMBERS | _TEMPORAL | {"bool", "bits", "string"},
     "ANY_SCALAR": _NUMBERS | _TEMPORAL | {"bool", "bits", "string", "enum"},
     "ANY": _NUMBERS | _TEMPORAL | {"bool", "bits", "string", "enum", "aggregate"},
 }
 WORDS = {
     "ANY_INT": "an integer", "ANY_REAL": "a REAL or LREAL", "ANY_NUM": "a number",
-    "ANY_MAGNITUDE": "a number or a TIME", "ANY_BIT": "a BOOL or a bit string", "ANY_STRING": "a string",
+    "ANY_ENUM": "an enumeration", "ANY_MAGNITUDE": "a number or a TIME", "ANY_BIT": "a BOOL or a bit string", "ANY_STRING": "a string",
     "ANY_ELEMENTARY": "a value of an elementary type", "ANY_SCALAR": "a single value", "ANY": "a value",
 }
 
@@ -97,6 +98,9 @@ def short_name(type_: Type) -> str:
 
 
 def conversion(source: Type, target: Type) -> str:
-    """The function from ``source`` to ``target``: ``INT_TO_DINT``; MOVE when both are stored alike."""
+    """The function from ``source`` to ``target``: ``INT_TO_DINT``, ``ENUM_TO_INT``; MOVE when both are
+    stored alike."""
     left, right = short_name(source), short_name(target)
+    if isinstance(source, Enum) and not isinstance(target, Enum):
+        left = "ENUM"
     return "MOVE" if left == right else f"{left}_TO_{right}"
