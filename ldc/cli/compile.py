@@ -50,18 +50,18 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
         case "image":
             return result.image.data
         case "tree":
-            return _each_rung(result, lambda build: tree_text(build.tree))
+            return _each_rung(result, lambda build: tree_text(build.graph, build.tree))
     if as_dot:
-        return "".join(graph_dot(build.graph) for _, build in _rungs(result))
-    return _each_rung(result, lambda build: graph_text(build.graph))
-
-
-def _rungs(result: pipeline.Compiled):
-    return [(pou, build) for pou, builds in result.units.items() for build in builds]
+        return "".join(graph_dot(build.graph).rstrip() + "\n" for builds in result.units.values() for build in builds)
+    return _each_rung(result, lambda build: graph_text(build.graph, build.turns))
 
 
 def _each_rung(result: pipeline.Compiled, text: Callable[[pipeline.RungBuild], str]) -> str:
-    return "\n".join(f"{pou} {build.code.key}\n{text(build).rstrip()}\n" for pou, build in _rungs(result))
+    """POU by POU, an empty line before each rung."""
+    parts = []
+    for pou, builds in result.units.items():
+        parts += [f"{pou}\n", *(f"\n{text(build).rstrip()}\n" for build in builds)]
+    return "".join(parts)
 
 
 def _show_timings(timings: dict[str, float]) -> None:
