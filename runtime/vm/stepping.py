@@ -204,7 +204,6 @@ class Stepper:
         else:
             frame.at = here
             owner = frame.value(instr.operand)
-            frame.at = here + 1
             unit = self.machine.code.layout.units[instr.operand.type.pou.upper()]
             self.frames.append(Frame(self.machine.code, unit, self._flat(unit), str(instr.operand), owner))
 
@@ -221,15 +220,16 @@ class Stepper:
         frame.at += 1
 
     def _leave(self) -> None:
-        """Ends the innermost POU; a FUNCTION hands its result and outputs to the FN that called it."""
+        """Ends the innermost POU; its caller goes on, with the result and outputs when it was a FUNCTION."""
         done = self.frames.pop()
-        if done.unit.kind != "FUNCTION":
+        if not self.frames:
             return
         frame = self.frames[-1]
-        instr = frame.flat.code[frame.at]
-        frame.accumulator, frame.type = done.locals.get(done.unit.name.upper()), instr.type
-        for name, place in instr.outputs:
-            frame.store(place, done.locals[name.upper()])
+        if done.unit.kind == "FUNCTION":
+            instr = frame.flat.code[frame.at]
+            frame.accumulator, frame.type = done.locals.get(done.unit.name.upper()), instr.type
+            for name, place in instr.outputs:
+                frame.store(place, done.locals[name.upper()])
         frame.at += 1
 
 
