@@ -359,7 +359,11 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """One parsed source. What did not parse is left out (the diagnostics tell)."""
+    """One parsed source. What did not parse is left out (the diagnostics tell).
+
+    ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
+    to), so that an unknown name elsewhere may be just a consequence.
+    """
 
     source: SourceFile
     pous: tuple[Pou, ...]
@@ -367,6 +371,7 @@ class File:
     globals: tuple[VarBlock, ...]
     configurations: tuple[Configuration, ...]
     comments: tuple[Comment, ...]
+    incomplete: bool = False
 
 
 @dataclass(frozen=True, slots=True)

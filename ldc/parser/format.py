@@ -85,8 +85,13 @@ class _Printer:
 
     def _line(self, text: str, end: int, opens: bool = False) -> None:
         """A line for what ends at ``end`` in the source, with the comments in it and behind it."""
-        self.lines.append(text + trailing_text(self.comments.same_line(end)))
-        self.last, self.opened = end, opens
+        beside = self.comments.same_line(end)
+        self.lines.append(text + trailing_text(beside))
+        self._printed(end, beside)
+        self.opened = opens
+
+    def _printed(self, end: int, beside: Sequence[ast.Comment]) -> None:
+        self.last = max(end, beside[-1].span.end) if beside else end
 
     def _token(self, word: str, start: int, step: int) -> int:
         """The index of the next token ``word`` from an offset, forward (1) or backward (-1)."""
@@ -214,7 +219,8 @@ class _Printer:
             end = rung.span.end if last else path.span.end
             beside += self.comments.same_line(end)
             self.lines += writer.finish(("" if last else ";") + trailing_text(beside))
-        self.last, self.opened = rung.span.end, False
+        self._printed(rung.span.end, beside)
+        self.opened = False
 
     def _beside_head(self, start: int, limit: int) -> list[ast.Comment]:
         """The comments in the line of a rung's name, before its first element."""

@@ -36,7 +36,7 @@ def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         reader.read()
     comments = tuple(ast.Comment(source.text[a:b], Span(source, a, b)) for a, b in tokens.comments)
     return ast.File(source, tuple(reader.pous), tuple(reader.type_decls), tuple(reader.globals),
-                    tuple(reader.configurations), comments)
+                    tuple(reader.configurations), comments, reader.units.lost or reader.lost_label())
 
 
 def parse_expression(source: SourceFile, start: int, end: int, diagnostics: Diagnostics) -> ast.Expr | None:
@@ -59,6 +59,12 @@ class Reader:
         self.type_decls: list[ast.TypeDecl] = []
         self.globals: list[ast.VarBlock] = []
         self.configurations: list[ast.Configuration] = []
+        self.lost_rungs: set[str] = set()
+
+    def lost_label(self) -> bool:
+        """Whether a jump leads to a rung that was left out."""
+        targets = (i + 1 for i, kind in enumerate(self.types) if kind == ">>" and i + 1 < len(self.types))
+        return bool(self.lost_rungs) and any(self.tokens.text(i).upper() in self.lost_rungs for i in targets)
 
     def foreign(self) -> bool:
         """Report a format that others also call ``.ld``: LDmicro's, and JSON behind declarations."""
@@ -236,7 +242,10 @@ class Reader:
         if self._kind() != end and self.types[stop - 1] == "NAME" and self.types[stop - 2] != ">>":
             if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
                 self.at = stop = stop - 1  # a misspelt END; _pou_end reports it
-        return self.units.parse("rung", first, stop, "rung")
+        rung = self.units.parse("rung", first, stop, "rung")
+        if rung is None and self.types[first + 1 : first + 2] == ["NAME"]:
+            self.lost_rungs.add(self.tokens.text(first + 1).upper())
+        return rung
 
     def _no_rung(self, end: str) -> None:
         """Something between declarations and rungs that is neither, or a stray END."""

@@ -18,12 +18,16 @@ _SHOWN = 20
 
 
 class Units:
-    """Parses units of one file. A unit that failed is None, and its findings are in the bag."""
+    """Parses units of one file. A unit that failed is None, and its findings are in the bag.
+
+    ``lost``: a declaration or heading failed, whose names are now unknown.
+    """
 
     def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
         self.tokens, self.types = tokens, tokens.types
         self.findings = Findings(tokens, diagnostics)
         self.builder = FileBuilder(tokens, self.findings)
+        self.lost = False
         self._tables = tables()
         self._rules = lr.bind(self._tables, self.builder)
 
@@ -32,7 +36,8 @@ class Units:
         value = self._attempt(symbol, first, end, what)
         if isinstance(value, lr.Failure):
             syntax.explain(value, self.findings, first, end, what)
-            return None
+            value = None
+        self.lost |= value is None and what in ("declaration", "heading")
         return value
 
     def lines(self, symbol: str, first: int, end: int) -> Iterator[object]:
@@ -42,7 +47,7 @@ class Units:
             stop = self._line_end(at, end)
             if "{" in self.types[at:stop]:
                 self.findings.pragma(self.types.index("{", at))
-                at = stop
+                self.lost, at = True, stop
                 continue
             value = self._attempt(symbol, at, stop, "declaration")
             if isinstance(value, lr.Failure):
@@ -50,7 +55,10 @@ class Units:
                 index = value.index
                 if at < index < stop and ";" in value.expected and self._begins_line(index):
                     stop = index
-            elif value is not None:
+                value = None
+            if value is None:
+                self.lost = True
+            else:
                 yield value
             at = stop
 
@@ -97,7 +105,8 @@ class Units:
         types = self.types[first:end]
         if sum(map(types.count, (*OPENING, *_PREFIXES))) > MAX_DEPTH and self._too_deep(first, end):
             return True
-        return sum(map(_OPERATORS.__contains__, types)) > MAX_OPERATORS and self._too_long(first, end)
+        return sum(map(_OPERATORS.__contains__, types)) > MAX_OPERATORS and self._too_long(
+            first, end, int(what != "rung"))
 
     def _too_deep(self, first: int, end: int) -> bool:
         """Brackets in brackets, or prefix operators on one another."""
@@ -114,13 +123,13 @@ class Units:
                 return True
         return False
 
-    def _too_long(self, first: int, end: int) -> bool:
+    def _too_long(self, first: int, end: int, level: int) -> bool:
         """Operators, steps and indexes of each expression; it ends where a pin, an element or a branch does.
 
         ``levels[-1]`` counts the brackets open since the innermost brace: at 0 between elements, at 1 in a
-        contact or between the pins of a block.
+        contact or between the pins of a block. ``level`` is that of the unit: 1 when it is no ladder.
         """
-        levels, count = [0], 0
+        levels, count = [level], 0
         for index in range(first, end):
             kind = self.types[index]
             if kind == "{":
@@ -129,7 +138,7 @@ class Units:
                 levels.pop()
             elif kind in (")", "]"):
                 levels[-1] = max(0, levels[-1] - 1)
-            elif kind in _OPERATORS:
+            elif kind in _OPERATORS and levels[-1] and not (kind == "/" and self.types[index - 1] in ("[", "(")):
                 count += 1
                 if count > MAX_OPERATORS:
                     self.findings.too_long(index, "the expression", MAX_OPERATORS, "operators")
