@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 
-from ldc import pipeline
 from ldc.cli.compiling import compiled
 from ldc.cli.console import OK
 from ldc.cli.inputs import read
@@ -16,7 +15,7 @@ from runtime.bench import bench
 
 def run(options: argparse.Namespace) -> int:
     sources = read([options.source])
-    result = compiled(sources, pipeline.Options(keep=False))
+    result = compiled(sources)
     contacts = sum(_contacts(build.rung) for builds in result.units.values() for build in builds)
     figures = bench(start(result, None, sources.manifest), contacts, options.stimulus, options.engine)
     if options.json:

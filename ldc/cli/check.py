@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 
 from ldc import pipeline
+from ldc.cli.compiling import progress
 from ldc.cli.console import OK, WRONG, report, say
 from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources, find_sources
@@ -18,7 +20,10 @@ def run(options: argparse.Namespace) -> int:
     sources = find_sources(options.sources, diagnostics)
     result = None
     if not diagnostics.has_errors:
-        result = pipeline.compile_project(sources, pipeline.Options(verify=not options.no_verify))
+        with progress() as tell:
+            result = pipeline.compile_project(
+                sources, pipeline.Options(verify=not options.no_verify, keep=False, progress=tell)
+            )
         diagnostics.extend(result.diagnostics)
     if options.format == "human":
         status = report(diagnostics)
@@ -30,5 +35,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _what_was_checked(sources: Sources, result: pipeline.Compiled) -> str:
-    rungs = sum(len(units) for units in result.units.values())
-    return f"checked {plural(len(sources.files), 'file')}, {plural(rungs, 'rung')}: no errors"
+    """How much was read, and how each rung was compared with its drawing (a proof is called one, a check not)."""
+    kinds = Counter(build.code.proof for builds in result.units.values() for build in builds)
+    compared = [f"{kinds[kind]:,} {word}" for kind, word in (("proof", "proved"), ("check", "tested")) if kinds[kind]]
+    how = f" ({', '.join(compared)})" if compared else ""
+    return f"checked {plural(len(sources.files), 'file')}, {plural(kinds.total(), 'rung')}{how}: no errors"

@@ -31,11 +31,9 @@ def run(options: argparse.Namespace) -> int:
         return OK
     result = compiled(
         sources,
-        pipeline.Options(
-            max_paren_depth=options.max_paren_depth,
-            verify=not options.no_verify,
-            keep=options.emit in ("graph", "tree"),
-        ),
+        verify=not options.no_verify,
+        keep=options.emit in ("graph", "tree"),
+        max_paren_depth=options.max_paren_depth,
     )
     write_result(_emitted(result, options.emit, as_dot), options.output)
     if options.timings:

@@ -2,17 +2,53 @@
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
 from ldc import pipeline
-from ldc.cli.console import report
+from ldc.cli.console import is_terminal, report
 from ldc.diagnostics import Invalid, Severity
 from ldc.manifest import Sources
 
+_QUIET = 0.5
+"""Seconds after which a person wants to know how far it is."""
 
-def compiled(sources: Sources, options: pipeline.Options) -> pipeline.Compiled:
+
+def compiled(
+    sources: Sources, *, verify: bool = True, keep: bool = False, max_paren_depth: int | None = None
+) -> pipeline.Compiled:
     """The compiled project; warnings are shown, notes are for `ldc check`. Raises Invalid when the sources are
-    wrong."""
-    result = pipeline.compile_project(sources, options)
+    wrong. The settings are those of `pipeline.Options`."""
+    with progress() as tell:
+        options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, progress=tell)
+        result = pipeline.compile_project(sources, options)
     if result.diagnostics.has_errors:
         raise Invalid(result.diagnostics)
     report(d for d in result.diagnostics if d.severity is not Severity.NOTE)
     return result
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[int, int], None] | None]:
+    """What tells on a terminal how many rungs are done; None elsewhere. The line is gone afterwards."""
+    if not is_terminal(sys.stderr):
+        yield None
+        return
+    due = time.monotonic() + _QUIET
+    shown = False
+
+    def tell(done: int, total: int) -> None:
+        nonlocal due, shown
+        if (now := time.monotonic()) >= due:
+            due, shown = now + 0.1, True
+            sys.stderr.write(f"\rcompiling: {done:,} of {total:,} rungs")
+            sys.stderr.flush()
+
+    try:
+        yield tell
+    finally:
+        if shown:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

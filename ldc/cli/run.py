@@ -36,7 +36,7 @@ Sample = Callable[[], None]
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
     sources = read(options.sources)
-    result = compiled(sources, pipeline.Options(keep=False))
+    result = compiled(sources)
     machine = start(result, options.period, sources.manifest)
     stimuli = _stimuli(options.inputs, sources.manifest, machine)
     names = _watched(options.watch, sources.manifest, machine)
