@@ -20,7 +20,9 @@ RUNGS = {
     "bridge": "{ [a] @x [b] | [c] @y [d] } (q); @x [e] @y",
     "jump": "[fault] >>stop_all",
     "wraps": " ".join(f"[contact_{i}]" for i in range(20)) + " (q)",
-    "wraps_in_parallel": "{ " + " | ".join(" ".join(f"[n{j}_{i}]" for i in range(16)) for j in range(3)) + " } (q)",
+    "wraps_in_parallel": (
+        "{ " + " | ".join(" ".join(f"[n{j}_{i}]" for i in range(16)) for j in range(3)) + " } (q)"
+    ),
     "eight_branches": "{ " + " | ".join(f"[in{i}]" for i in range(8)) + " } [/x] { (q) | (S r) | (R t) }",
     "nested": "{ [a] { [b] | [c] { [d] [e] | [f] } } | [g] [h] | { [i] | [j] } [k] } [N l] (m)",
     "five_pins": (
@@ -39,7 +41,8 @@ RUNGS = {
     "not_wired": "<ADD(IN1 := x, IN2 := y, OUT => sum) in=_> (ok)",
     "unknown_block": "[a] <jog: AXIS_JOG(speed := 10.0, done => at_end)> (q)",
     "long_expression": (
-        "[temperature > limits.hot OR (pressure >= 17.5 AND mode = Mode#automatic) OR NOT door.closed] (alarm)"
+        "[temperature > limits.hot OR (pressure >= 17.5 AND mode = Mode#automatic) OR NOT door.closed] "
+        "(alarm)"
     ),
 }
 
@@ -83,7 +86,8 @@ class _Writer:
                 return self.branches(depth - 1)
             case "function":
                 return f"<ADD(IN1 := {self.name()}, IN2 := 7, OUT => {self.name()})>"
-        reset = self.draw(st.sampled_from(["R := @x, ", "", "R := {}, "])).replace("{}", self.branches(depth - 1))
+        network = self.branches(depth - 1)
+        reset = self.draw(st.sampled_from(["R := @x, ", "", f"R := {network}, "]))
         return f"<{self.name()}: CTU({reset}PV := {self.name()}, CV => {self.name()})>"
 
     def path(self, depth: int) -> str:

@@ -61,7 +61,9 @@ def test_text_golden(name: str, golden: Callable[[str, str], None]) -> None:
     golden(f"draw/{name}.txt", rung_text(rung(RUNGS[name], name, "a title"), number=1) + "\n")
 
 
-@pytest.mark.parametrize("name", ["seal_in", "timer_and_counter", "bridge", "wraps", "not_planar", "long_expression"])
+@pytest.mark.parametrize(
+    "name", ["seal_in", "timer_and_counter", "bridge", "wraps", "not_planar", "long_expression"]
+)
 def test_svg_golden(name: str, golden: Callable[[str, str], None]) -> None:
     golden(f"draw/{name}.svg", rung_svg(rung(RUNGS[name], name, "a title"), number=1))
 
@@ -119,10 +121,9 @@ def test_nothing_is_drawn_over_a_text(text: str) -> None:
     drawing = place(arrange(rung(text), Options()), Options())
     for shape in drawing.shapes:
         match shape:
-            case Label(words, x, y, anchor):
-                size = text_width(words)
-                begin = {"start": x, "middle": x - (size - 1) / 2, "end": x - size + 1}[anchor]
-                for column in range(int(begin + 0.5), int(begin + 0.5) + size):
+            case Label(words, _, y):
+                begin = shape.begin(text_width(words))
+                for column in range(begin, begin + text_width(words)):
                     assert taken.setdefault((column, y), words) == words
                     assert 0 < column < drawing.width - 1
     for shape in drawing.shapes:
@@ -145,10 +146,8 @@ def cells(shape: object) -> set[tuple[int, int]]:
 
 def operands(drawn: ast.Rung) -> set[str]:
     """The names that the random rungs use are all plain identifiers ``n<number>x…``."""
-    return {word for word in drawn.span.text.replace(",", " ").translate(BRACKETS).split() if word[1:2].isdigit()}
+    return set(re.findall(r"\bn\d+x*\b", drawn.span.text))
 
-
-BRACKETS = str.maketrans(dict.fromkeys("[](){}<>@|;:/", " "))
 
 # ---- what a drawing may be told ---------------------------------------------------------------
 
@@ -241,12 +240,18 @@ def test_a_project_is_one_picture_and_text_bodies_are_left_out() -> None:
     source = SourceFile("s.st", "PROGRAM other\nVAR a : BOOL; END_VAR\na := TRUE;\nEND_PROGRAM\n")
     other = parse_file(source, found).pous[0]
     root = ElementTree.fromstring(project_svg([pou, other, pou]))
-    assert [e.text for e in root.iter(SVG + "text") if e.get("class") == "ldc-pou"] == ["conveyor", "conveyor"]
+    names = [e.text for e in root.iter(SVG + "text") if e.get("class") == "ldc-pou"]
+    assert names == ["conveyor", "conveyor"]
 
 
 def test_a_rung_of_ten_thousand_contacts_is_drawn() -> None:
     text = rung_text(rung(" ".join(f"[a{i}]" for i in range(10_000)) + " (q)"), width=120)
     assert "a9999" in text and max(map(len, text.split("\n"))) <= 120
+
+
+def test_brackets_as_deep_as_allowed_in_each_other_are_drawn() -> None:
+    text = rung_text(rung("{ [a] | " * 99 + "[b]" + " }" * 99 + " (q)"))
+    assert text.count("┤ ├") == 100
 
 
 def test_many_junctions_that_cannot_all_be_wires_end_in_tags_soon() -> None:

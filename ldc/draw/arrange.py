@@ -88,7 +88,7 @@ def _joined(plan: Plan, numbers: list[int], places: list[tuple[int, int, int] | 
     joined = plan.joined | frozenset(numbers)
     moved = {place[0] for place in plan.places}
     return [
-        replace(plan, joined=joined, late=late, places=plan.places if place is None else (*plan.places, place))
+        replace(plan, joined=joined, late=late, places=plan.places + ((place,) if place else ()))
         for place in places if place is None or place[0] not in moved
         for late in (plan.late, plan.late | frozenset(numbers))
     ]

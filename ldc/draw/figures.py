@@ -222,7 +222,7 @@ def block(item: ast.Block, left: list[Port], right: list[Port], options: Options
     title = shorten(item.type, MOST_TYPE)
     whole = expr_text(item.instance) if item.instance else ""
     name = shorten(whole, min(MOST_OPERAND, room(options) - 2))
-    pairs = [(text_width(r.left.name) if r.left else 0, text_width(r.right.name) if r.right else 0) for r in rows]
+    pairs = [[text_width(port.name) if port else 0 for port in (row.left, row.right)] for row in rows]
     box = max(text_width(title) + 4, *(a + b + (2 if a and b else 1) + 2 for a, b in pairs), 7)
     outside = room(options) - box - 8
     _fit(left, right, outside)
@@ -232,9 +232,10 @@ def block(item: ast.Block, left: list[Port], right: list[Port], options: Options
     before, behind = max(before, (over + 1) // 2), max(behind, (over + 1) // 2)
     mark = marks.get(id(item))
     below = max(rows[-1].offset + 1 + (1 if mark and options.carets else 0), taken)
+    full = f"{whole}: {item.type}" if whole else item.type
     return Figure(
         "block", item, (title, name) if name else (title,), before + box + behind, 3 if name else 2, below,
-        full=f"{whole}: {item.type}" if whole else item.type, mark=mark, rows=tuple(rows), box=box, left=before,
+        full=full, mark=mark, rows=tuple(rows), box=box, left=before,
     )
 
 

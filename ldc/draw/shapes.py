@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil, floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +74,13 @@ class Label:
     full: str = ""
     mark: str | None = None
     on: bool | None = None
+
+    def begin(self, size: int) -> int:
+        """The first cell of a text of ``size`` columns; a middle between cells goes to the left."""
+        if self.anchor == "middle":
+            at = self.x - (size - 1) / 2
+            return ceil(at) if self.x == int(self.x) else floor(at)
+        return int(self.x) if self.anchor == "start" else int(self.x) - size + 1
 
 
 @dataclass(frozen=True, slots=True)

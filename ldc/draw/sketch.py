@@ -23,8 +23,9 @@ class Plan:
 
     ``joined``: junction occurrences (numbered in text order) that are drawn as connections, the
     others are name tags. ``places``: path of the rung -> (group, position in it) where that path is
-    drawn; a path goes only into the bracket of an earlier one. ``railed``: pin networks that are drawn from the left rail; others have a rail of their own.
-    ``late``: joined occurrences whose net stands as far to the right as what it feeds allows.
+    drawn; a path goes only into the bracket of an earlier one. ``railed``: pin networks that are drawn
+    from the left rail; others have a rail of their own. ``late``: joined occurrences whose net
+    stands as far to the right as what it feeds allows.
     """
 
     joined: frozenset[int] = frozenset()

@@ -48,7 +48,8 @@ _COLOURS = """
 .ldc .ldc-tag{fill:@tag}
 .ldc .ldc-jump{fill:@jump}
 .ldc path.ldc-on,.ldc .ldc-symbol.ldc-on path,.ldc rect.ldc-on{stroke:@on}
-.ldc .ldc-dot.ldc-on,.ldc .ldc-arrow.ldc-on,.ldc .ldc-symbol.ldc-on text,.ldc text.ldc-operand.ldc-on{fill:@on}
+.ldc .ldc-dot.ldc-on,.ldc .ldc-arrow.ldc-on,.ldc .ldc-symbol.ldc-on text,
+.ldc text.ldc-operand.ldc-on{fill:@on}
 .ldc .ldc-symbol.ldc-on .ldc-back{fill:@on_fill}
 """
 _MARK = """

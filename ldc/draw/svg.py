@@ -158,14 +158,14 @@ class _Band:
             case Symbol():
                 self.symbol(shape)
             case Dot(x, y, on):
-                self.out.append(f'<circle class="{_style("ldc-dot", on)}" cx="{self.x(x)}" cy="{self.y(y)}" r="3"/>')
+                style = _style("ldc-dot", on)
+                self.out.append(f'<circle class="{style}" cx="{self.x(x)}" cy="{self.y(y)}" r="3"/>')
             case Arrow(x, y, number, out, on):
-                left, middle = self.x(x) - 4, self.y(y)
-                self.path("ldc-arrow", on, f"M{left} {middle - 5}L{left + 8} {middle}L{left} {middle + 5}Z")
-                text_x, anchor = (left + 11, "start") if out else (left - 3, "end")
-                self.out.append(
-                    f'<text class="ldc-next" x="{text_x}" y="{middle + 4}" text-anchor="{anchor}">{number}</text>'
-                )
+                left, middle = self.x(x) - (8 if out else 2), self.y(y)
+                self.path("ldc-arrow", on, f"M{left} {middle - 5}L{left + 10} {middle}L{left} {middle + 5}Z")
+                text_x, anchor = (left + 14, "start") if out else (left - 4, "end")
+                at = f'x="{text_x}" y="{middle + 4}" text-anchor="{anchor}"'
+                self.out.append(f'<text class="ldc-next" {at}>{number}</text>')
             case Label():
                 self.label(shape)
 
@@ -192,9 +192,8 @@ class _Band:
         if symbol.kind == "contact":
             self.out.append(f'<path d="M{x - 8} {y - 10}V{y + 10}M{x + 8} {y - 10}V{y + 10}"/>')
         else:
-            self.out.append(
-                f'<path d="M{x - 4} {y - 9}a12.125 12.125 0 0 0 0 18M{x + 4} {y - 9}a12.125 12.125 0 0 1 0 18"/>'
-            )
+            left, right = "a12.125 12.125 0 0 0 0 18", "a12.125 12.125 0 0 1 0 18"
+            self.out.append(f'<path d="M{x - 4} {y - 9}{left}M{x + 4} {y - 9}{right}"/>')
         if modifier == "/":
             reach = 6 if symbol.kind == "contact" else 4
             self.out.append(f'<path d="M{x - reach} {y + 8}L{x + reach} {y - 8}"/>')
@@ -216,9 +215,8 @@ class _Band:
 def _joined(shapes: Iterable[Shape]) -> list[Shape]:
     """Level wires that continue each other with the same power become one, without a seam."""
     result = [s for s in shapes if not isinstance(s, Wire) or s.y1 != s.y2]
-    level = sorted(
-        (s for s in shapes if isinstance(s, Wire) and s.y1 == s.y2), key=lambda w: (w.y1, str(w.on), w.x1, w.x2)
-    )
+    level = [s for s in shapes if isinstance(s, Wire) and s.y1 == s.y2]
+    level.sort(key=lambda w: (w.y1, str(w.on), w.x1, w.x2))
     for wire in level:
         last = result[-1] if result else None
         if isinstance(last, Wire) and (last.y1, last.y2, last.on) == (wire.y1, wire.y1, wire.on):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import groupby
-from math import ceil
 
 from ldc.draw.arrange import Arrangement, arrange
 from ldc.draw.labels import BlockPins, Options, fold, notes_of, shorten, standard_pins, text_width
@@ -100,10 +99,9 @@ class Canvas:
                     self.line(x, line, right, line, style)
                 for column in (x, right):
                     self.line(column, y, column, bottom, style)
-            case Label(text, x, y, anchor, role, _, mark, on):
-                size = text_width(text)
-                begin = ceil({"start": x, "middle": x - (size - 1) / 2, "end": x - size + 1}[anchor])
-                self.write(begin, y, text, mark or (on if role in ("operand", "expression") else None))
+            case Label(text, _, y, _, role, _, mark, on):
+                style = mark or (on if role in ("operand", "expression") else None)
+                self.write(shape.begin(text_width(text)), y, text, style)
             case Dot(x, y):
                 if not self.lines[y][x] & (UP | DOWN):
                     self.put(x, y, "●", None)

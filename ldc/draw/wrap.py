@@ -58,8 +58,6 @@ def _crossing(whole: Drawing) -> list[int]:
 
 
 def _split(whole: Drawing, cuts: list[int]) -> list[Drawing]:
-    if not cuts:
-        return [whole]
     edges = [0, *cuts, whole.width]
     parts: list[list[Shape]] = [[] for _ in edges[1:]]
     crossings: list[list[Wire]] = [[] for _ in cuts]
