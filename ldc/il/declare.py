@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from ldc.il.literals import enum_text, initial_text, subrange_text, time_text, type_text
-from ldc.il.names import Names
+from ldc.il.names import Names, renamed
 from ldc.il.program import Program, Resource, Task, Unit
 from ldc.library import blocks
 from ldc.symbols import Variable
@@ -102,10 +102,13 @@ class Declarations:
         yield f"    RESOURCE {resource.name} ON {resource.processor}"
         for task in resource.tasks:
             yield f"        TASK {task.name} ({self._task(task)});"
-        for run in resource.runs:
+        instances = [run.name.rsplit(".", 1)[-1] for run in resource.runs]
+        # An instance named like a POU, as ldc names them by default, confuses other compilers.
+        fresh = renamed(instances, self._units, suffix=True)
+        for run, instance in zip(resource.runs, instances):
             unit = self._units.get(run.pou.upper())
             pou = self.names.pou(unit.name if unit else run.pou)
-            yield f"        PROGRAM {run.name.rsplit('.', 1)[-1]} WITH {run.task} : {pou};"
+            yield f"        PROGRAM {fresh.get(instance.upper(), instance)} WITH {run.task} : {pou};"
         yield "    END_RESOURCE"
 
     def _task(self, task: Task) -> str:

@@ -55,7 +55,7 @@ def real_text(value: float, single: bool) -> str:
         for digits in range(1, 10):
             short = f"{value:.{digits}g}"
             if _as_single(float(short)) == value:
-                text = short
+                text = repr(float(short))
                 break
     mantissa, _, exponent = text.partition("e")
     if "." not in mantissa:

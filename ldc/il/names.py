@@ -12,28 +12,31 @@ from ldc.types import Array, Instance, Struct, Type
 IL_WORDS = frozenset(op for op in OPCODES if op.isalpha()) - {"LABEL", "FN"}
 
 
-def renamed(names: Iterable[str], clashes: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """By capitals, ``_name`` (or ``_name2`` …) for each of ``names`` that is among ``clashes``."""
-    names = list(names)
-    bad = {n.upper() for n in names} & set(clashes)
+def renamed(names: Iterable[str], clashes: Iterable[str], taken: Iterable[str] = (),
+            suffix: bool = False) -> dict[str, str]:
+    """By capitals, ``_name`` (``_name2`` …), with ``suffix`` ``name_1`` (``name_2`` …), for each of
+    ``names`` that is among ``clashes`` (in capitals)."""
+    names, clashes = list(names), set(clashes)
+    bad = {n.upper() for n in names} & clashes
     if not bad:
         return {}
-    used = {n.upper() for n in (*names, *taken)}
+    used = clashes | {n.upper() for n in (*names, *taken)}
     result: dict[str, str] = {}
     for name in names:
         if name.upper() not in bad or name.upper() in result:
             continue
-        fresh, count = f"_{name}", 1
+        fresh, count = f"{name}_1" if suffix else f"_{name}", 1
         while fresh.upper() in used:
             count += 1
-            fresh = f"_{name}{count}"
+            fresh = f"{name}_{count}" if suffix else f"_{name}{count}"
         used.add(fresh.upper())
         result[name.upper()] = fresh
     return result
 
 
 class Names:
-    """How POUs, globals and the variables of every POU are called in the printed text."""
+    """How POUs, globals and the variables of every POU are called in the printed text. The pins of
+    standard blocks (``R`` of a counter) keep their names: they are the standard's."""
 
     def __init__(self, units: Iterable[Unit] = (), globals: Iterable[Variable] = ()) -> None:
         units, globals = tuple(units), tuple(globals)
@@ -45,6 +48,8 @@ class Names:
         self._any = bool(self._pous or self._globals or any(self._variables.values()))
 
     def _of_unit(self, unit: Unit) -> dict[str, str]:
+        if unit.standard:
+            return {}
         own = [v.name for v in unit.variables if v.kind != "external"]
         externals = {v.name.upper(): self._globals[v.name.upper()] for v in unit.variables
                      if v.kind == "external" and v.name.upper() in self._globals}

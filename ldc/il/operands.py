@@ -85,6 +85,13 @@ class Operands:
         return found
 
     def _parse(self, text: str, start: int, end: int) -> ast.Expr | None:
+        if not text:
+            findings.operand_missing(self.diagnostics, self.span(start, end), ",", "an operand on both sides")
+            return None
+        if text[-1] == ";":
+            findings.malformed(self.diagnostics, self.span(end - 1, end), "a semicolon in IL",
+                               "take it away; an instruction ends with its line")
+            return None
         if _NAME.match(text) is None or text.upper() in _WORDS:
             return parse_expression(self.source, start, end, self.diagnostics)
         names = text.split(".")

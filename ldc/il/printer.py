@@ -78,8 +78,8 @@ class _UnitPrinter:
         known = {v.name.upper() for v in unit.variables if v.kind == "external"}
         used = {p.root.upper(): p for r in unit.rungs for i in r.code for p in places(i)
                 if p.is_global and p.root[:1] != "%"}
-        missing = [replace(self.globals[key], kind="external", location=None, retain=False)
-                   for key in used if key not in known and key in self.globals]
+        missing = [replace(v, name=self.names.globally(v.name), kind="external", location=None, retain=False)
+                   for v in (self.globals.get(key) for key in used if key not in known) if v is not None]
         made = [v for v in own if v.name.upper().startswith("_LDC_")]
         return [*(v for v in own if v not in made), *missing, *made, *self.spilled]
 
@@ -112,7 +112,7 @@ class _UnitPrinter:
             return f"{self._label(instr.name)}:"
         if op == "FN":
             args = ", ".join(self._operand(a, True) for a in instr.args)
-            op = self.names.pou(instr.name) if instr.name.upper() in self.units else instr.name
+            op = self._callee(instr)
             return f"    {op:<7} {args}".rstrip()
         if instr.name:
             return f"    {op:<7} {self._label(instr.name)}"
@@ -147,10 +147,14 @@ class _UnitPrinter:
         parts = [f"{self._pin(instr, pin.name)} := {value}" for pin, value in zip(pins, values)]
         for pin, place in instr.outputs:
             parts.append(f"{self._pin(instr, pin)} => {self._operand(place, True)}")
-        yield f"    {self.names.pou(instr.name)}("
+        yield f"    {self._callee(instr)}("
         yield from (f"        {part}," for part in parts[:-1])
         yield f"        {parts[-1]}"
         yield "    )"
+
+    def _callee(self, instr: Instr) -> str:
+        unit = self.units.get(instr.name.upper())
+        return instr.name if unit is None else self.names.pou(unit.name)
 
     def _pin(self, instr: Instr, pin: str) -> str:
         return self.names.variable(instr.name, pin)

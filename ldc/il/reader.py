@@ -291,7 +291,7 @@ class Reader:
         if line.op in ("S", "R"):
             if place.type != BOOL:
                 findings.wrong_types(self.diagnostics, self.at, f"`{line.op}` needs a BOOL",
-                                     f"`{place}` is {described(place.type)}")
+                                     f"`{place}` is {described(place.type)}", "set and reset BOOL variables only")
             elif self.condition(line.op):
                 self.emit(line.op, place)
             return
@@ -394,8 +394,9 @@ class Reader:
         """Whether the operator works in the type; says so when it does not."""
         if allowed(op, type_):
             return True
+        works = "BOOL and bit strings" if op in (*LOGIC, "NOT") else "integers" if op == "MOD" else "numbers"
         findings.wrong_types(self.diagnostics, self.at, f"`{op}` does not work on {described(type_)}",
-                             f"the accumulator holds {described(type_)}")
+                             f"the accumulator holds {described(type_)}", f"it works on {works}; convert it before")
         self.acc.set(POISON)
         return False
 
