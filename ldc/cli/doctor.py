@@ -24,9 +24,9 @@ class Tool:
 
 
 _TOOLS = (
-    Tool("gcc", "running programs as native code", "gcc"),
-    Tool("arm-none-eabi-gcc", "firmware for Cortex-M", "gcc-arm-none-eabi"),
-    Tool("qemu-system-arm", "running that firmware without a board", "qemu-system-arm"),
+    Tool("gcc", "native code (in a coming version)", "gcc"),
+    Tool("arm-none-eabi-gcc", "firmware for Cortex-M (in a coming version)", "gcc-arm-none-eabi"),
+    Tool("qemu-system-arm", "firmware without a board (in a coming version)", "qemu-system-arm"),
     Tool("dot", "pictures of `ldc compile --emit graph -o x.dot`", "graphviz"),
 )
 

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import TextIO
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -77,7 +78,7 @@ class LiveTable:
     def _table(self) -> Table:
         machine = self._machine
         title = f"scan {machine.scans - 1} of {self._scans - 1}, {_time(machine)} ms"
-        table = Table(title=title, title_justify="left", title_style="bold", header_style="dim")
+        table = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
         table.add_column("variable")
         table.add_column("type", style="dim")
         table.add_column("value", justify="right")
