@@ -17,7 +17,8 @@ def head(span: Span) -> Span:
 def duplicate(diagnostics: Diagnostics, span: Span | None, name: str, what: str, first: Span | None) -> None:
     secondary = (Label(head(first), "first declared here"),) if first else ()
     diagnostics.error("LD0201", f"{what} `{name}` is declared twice", head(span) if span else None,
-                      "declared again here", secondary=secondary, help="rename one of the two; upper and lower case are the same")
+                      "declared again here", secondary=secondary,
+                      help="rename one of the two; upper and lower case are the same")
 
 
 def reserved_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None:
