@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TextIO
 
 from runtime.values import milliseconds, show
@@ -46,20 +42,3 @@ def record(machine: Machine, names: Sequence[str], scans: int, stimuli=None) -> 
         machine.scan()
         trace.sample()
     return text.getvalue()
-
-
-@contextmanager
-def atomic(path: str | Path) -> Iterator[TextIO]:
-    """A text file that appears under its name only when all of it was written; OSError as ``open`` raises it."""
-    path = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
-            yield stream
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

@@ -145,7 +145,7 @@ def test_symbol_paths() -> None:
 
 
 @pytest.mark.parametrize("path, message", [
-    ("wram.Q", "did you mean `WARM`"), ("warm.X", "ramp has no `X`"), ("warm", "name one value in it"), ("m[5]", "takes 2"),
+    ("wram.Q", "did you mean `warm`"), ("warm.X", "ramp has no `X`"), ("warm", "name one value in it"), ("m[5]", "takes 2"),
     ("a[9]", "9 is outside 0..1"), ("w.16", "no such part"), ("a.b", "has no"), ("", "no name"), ("a[", "no name"),
     ("%QX0.0", "nothing at"), ("warm.tmp", "has no `tmp`"), ("a..b", "no name"), ("other.warm", "no variable")])
 def test_unknown_symbols_say_why(path: str, message: str) -> None:

@@ -18,7 +18,7 @@ from runtime.faults import FAULTS, Fault, describe
 from runtime.faults import Place as CodePlace
 from runtime.values import coerce, outward
 from runtime.vm.layout import FIRST_SCAN, NOW
-from runtime.vm.loader import Code, load
+from runtime.vm.loader import Code, Watchdog, load
 from runtime.vm.outputs import safe_states
 from runtime.vm.symbols import Symbol, Symbols, is_cell
 
@@ -62,9 +62,12 @@ class Machine:
     _late: list[tuple[Symbol, object]] = field(init=False, repr=False)
     _safe: list[tuple[Symbol, object]] = field(init=False, repr=False)
     _always: bool = field(init=False, repr=False)
+    _namespace: dict[str, object] = field(init=False, repr=False)
+    _watchdog: Watchdog = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.code = load(self.program, self.resource)
+        self._namespace, self._watchdog = self.code.namespace, self.code.watchdog
         self.symbols = Symbols(self.code.layout)
         self.pending, self._late, self._safe = {}, [], []
         part = self.program.resources[self.resource]
@@ -83,7 +86,7 @@ class Machine:
 
     def _single(self, place: Place) -> Callable[[], bool]:
         symbol = self.symbols.find(str(place))
-        return lambda: symbol.get(self.code.namespace)
+        return lambda: symbol.get(self._namespace)
 
     # ---- values ----------------------------------------------------------------------------------
 
@@ -99,7 +102,7 @@ class Machine:
     def put(self, symbol: Symbol, value: object) -> None:
         """``set`` for a symbol that was found and a value that was coerced before."""
         if symbol.area != "I":
-            symbol.set(self.code.namespace, value)
+            symbol.set(self._namespace, value)
         elif is_cell(symbol):
             self.pending[symbol.home.name] = value
         else:
@@ -115,7 +118,7 @@ class Machine:
     def get(self, path: str) -> bool | int | float | str:
         """The value of a variable as the last scan left it. Raises UnknownSymbol."""
         symbol = self.symbols.find(path)
-        return outward(symbol.get(self.code.namespace), symbol.type)
+        return outward(symbol.get(self._namespace), symbol.type)
 
     def paths(self) -> list[tuple[str, Type]]:
         """Path and type of every scalar, in declared order; not the compiler's own memories."""
@@ -127,22 +130,22 @@ class Machine:
 
     def sample(self, symbols: Iterable[Symbol]) -> list:
         """The machine's own values of some symbols, now."""
-        namespace = self.code.namespace
+        namespace = self._namespace
         return [symbol.get(namespace) for symbol in symbols]
 
     def outputs(self) -> Mapping[str, object]:
         """Address or path and value of every located output, as the last scan left them."""
-        return {s.path: outward(s.get(self.code.namespace), s.type) for s in self.symbols.all() if s.area == "Q"}
+        return {s.path: outward(s.get(self._namespace), s.type) for s in self.symbols.all() if s.area == "Q"}
 
     def checksum(self) -> str:
         """A checksum of all variables with state, the same on every engine (see ``runtime.checksum``)."""
-        return checksum.of(self.symbols.all(hidden=True), self.code.namespace)
+        return checksum.of(self.symbols.all(hidden=True), self._namespace)
 
     # ---- the scan --------------------------------------------------------------------------------
 
     def scan(self) -> None:
         """One scan. A fault stops its task and is added to ``faults``; the others go on."""
-        namespace = self.code.namespace
+        namespace, watchdog = self._namespace, self._watchdog
         if self.pending:
             namespace.update(self.pending)
             self.pending = {}
@@ -151,7 +154,7 @@ class Machine:
         namespace[NOW] = self.now_ns
         for schedule in self.schedules if self._always else self.due():
             if not schedule.stopped:
-                self.code.watchdog.left = self.code.watchdog.limit = schedule.task.watchdog
+                watchdog.left = watchdog.limit = schedule.task.watchdog
                 try:
                     for body in schedule.bodies:
                         body()
@@ -166,7 +169,7 @@ class Machine:
 
     def begin(self) -> list[Schedule]:
         """The first part of a scan for an engine that executes tasks itself: latches, tells what is due."""
-        namespace = self.code.namespace
+        namespace = self._namespace
         namespace.update(self.pending)
         self.pending = {}
         self.latch_late()
@@ -176,14 +179,14 @@ class Machine:
     def end(self) -> None:
         """The last part of a scan that ``begin`` started."""
         self._hold_safe()
-        self.code.namespace[FIRST_SCAN] = False
+        self._namespace[FIRST_SCAN] = False
         self.scans += 1
         self.now_ns += self.period_ns
 
     def latch_late(self) -> None:
         """Input values that are parts of something (packed bits, array elements), in the order written."""
         for symbol, value in self._late:
-            symbol.set(self.code.namespace, value)
+            symbol.set(self._namespace, value)
         self._late.clear()
 
     def due(self) -> list[Schedule]:
@@ -214,4 +217,4 @@ class Machine:
 
     def _hold_safe(self) -> None:
         for symbol, value in self._safe:
-            symbol.set(self.code.namespace, value)
+            symbol.set(self._namespace, value)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from ldc.symbols import Location, Variable
@@ -104,9 +104,7 @@ class Symbols:
                 failed = failed or error
         if failed:
             raise failed
-        near = difflib.get_close_matches(path.upper(), self._names(), 1)
-        hint = f", did you mean `{near[0]}`?" if near else ""
-        raise UnknownSymbol(f"no variable `{path}`{hint}")
+        raise UnknownSymbol(f"no variable `{path}`{_hint(path, self._names())}")
 
     def _starts(self, tokens: list) -> Iterator[tuple[Root, list]]:
         first = tokens[0].upper()
@@ -120,13 +118,11 @@ class Symbols:
         if first in self._layout.globals:
             yield self._layout.globals[first], tokens[1:]
 
-    def _names(self) -> list[str]:
+    def _names(self) -> Iterator[str]:
         single = len(self._layout.programs) == 1
-        names = [*self._layout.globals]
-        for run, table in self._layout.programs:
-            names += [name if single else f"{run.name.upper()}.{name}" for name in table
-                      if not name.startswith("_LDC_")]
-        return names
+        for root in (*self._layout.globals.values(), *(r for _, table in self._layout.programs for r in table.values())):
+            if root.variable.kind != "hidden":
+                yield root.variable.name if single else root.path
 
     def _walk(self, path: str, root: Root, rest: list) -> Symbol:
         type_, keys, bit = root.variable.type, [], None
@@ -151,10 +147,8 @@ class Symbols:
         for member, of in self._members(type_):
             if member.upper() == name.upper():
                 return of
-            names.append(member.upper())
-        near = difflib.get_close_matches(name.upper(), names, 1)
-        hint = f", did you mean `{near[0]}`?" if near else ""
-        raise UnknownSymbol(f"`{path}`: {type_} has no `{name}`{hint}")
+            names.append(member)
+        raise UnknownSymbol(f"`{path}`: {type_} has no `{name}`{_hint(name, names)}")
 
     def _members(self, type_: Type) -> list[tuple[str, Type]]:
         match type_:
@@ -190,6 +184,13 @@ class Symbols:
             for v in self._layout.units[type_.pou.upper()].variables:
                 if has_state(v) and (hidden or v.kind != "hidden"):
                     yield from self._leaves(f"{path}.{v.name}", v.type, home, (*keys, slot(v.name)), area, hidden)
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    """The nearest known name, in its declared spelling, as the end of a sentence."""
+    spelled = {one.upper(): one for one in known}
+    near = difflib.get_close_matches(name.upper(), spelled, 1)
+    return f", did you mean `{spelled[near[0]]}`?" if near else ""
 
 
 def has_state(variable: Variable) -> bool:
