@@ -208,6 +208,14 @@ def test_pins_of_a_models_signatures_and_of_the_library() -> None:
     assert pins_from({})(block) == BlockPins(("IN", "PT"), ("Q", "ET"), "IN", "Q")
 
 
+def test_positional_arguments_of_a_standard_function_get_their_pins() -> None:
+    text = rung_text(rung("[a] <LIMIT(0, speed, 100, OUT => limited)> (q)"))
+    assert re.search("0 ──┤MN +OUT├── limited", text)
+    assert "speed ──┤IN" in text and "100 ──┤MX" in text
+    wrong = rung_text(rung("[a] <LIMIT(1, 2, 3, 4)> <LIMIT()> <ADD()> <t: LIMIT(1)> <TO_INT(x, y)> (q)"))
+    assert wrong.count("┤EN") == 4 and "4 ──┤ " in wrong
+
+
 def test_coils_of_all_rungs_of_a_pou_stand_under_each_other() -> None:
     found = Diagnostics()
     text = "PROGRAM p\nRUNG [a] (q)\nRUNG [a] [b] [c] [d] (r)\nRUNG [ready] (S s)\nEND_PROGRAM\n"

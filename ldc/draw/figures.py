@@ -195,7 +195,8 @@ def _side(
         result.append(_port(name, pin))
     result += [_port(pin.name, pin) for pin in by_name.values()]
     for number, pin in enumerate(positional, 1):
-        name = "" if not is_function else "IN" if len(positional) == 1 else f"IN{number}"
+        known = not is_function or len(declared) > 1
+        name = "" if known else "IN" if len(positional) == 1 else f"IN{number}"
         result.append(_port(name, pin))
     return result
 

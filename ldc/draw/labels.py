@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from ldc.library import blocks
+from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.symbols import Signature
 from ldc.types import BOOL
@@ -74,13 +74,26 @@ def pins_of_signature(signature: Signature) -> BlockPins:
 
 
 def pins_from(signatures: Mapping[str, Signature]) -> Callable[[ast.Block], BlockPins | None]:
-    """``pins_of`` for the POUs of a model (keys in capitals); the library's blocks are always known."""
+    """``pins_of`` for the POUs of a model (keys in capitals); those of the library are always known."""
 
     def pins_of(block: ast.Block) -> BlockPins | None:
         signature = signatures.get(block.type.upper()) or blocks.signature(block.type)
-        return pins_of_signature(signature) if signature is not None else None
+        if signature is not None:
+            return pins_of_signature(signature)
+        if block.instance is not None or not functions.is_function(block.type):
+            return None
+        return BlockPins(("EN", *_function_inputs(block)), ("ENO", "OUT"), "EN", "ENO")
 
     return pins_of
+
+
+def _function_inputs(block: ast.Block) -> tuple[str, ...]:
+    """As many pins as are given, but none that the function cannot have."""
+    row = functions.lookup(block.type)
+    given = sum(not pin.output and (pin.name or "").upper() != "EN" for pin in block.pins)
+    if row is None:
+        return functions.pins(block.type, given) or ()
+    return row.pins(max(given, row.least) if row.extensible else len(row.names))
 
 
 standard_pins = pins_from({})
