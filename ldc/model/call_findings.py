@@ -25,12 +25,10 @@ def not_writable(
 
 
 def instance_mismatch(
-    diagnostics: Diagnostics, span: Span, instance: str, declared: str, written: str, first: Span | None
+    diagnostics: Diagnostics, span: Span, instance: str, declared: str, written: str, first: Span | None,
+    help: str,
 ) -> None:
     secondary = (Label(first, f"declared as {declared}"),) if first else ()
-    help = f"declare an instance: `VAR name : {written}; END_VAR`"
-    if declared.isidentifier():
-        help = f"write `{instance}: {declared}`, or declare it as {written}"
     diagnostics.error("LD0504", f"`{instance}` is {declared}, not {written}", span,
                       f"`{written}` is written here", secondary=secondary, help=help)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import count
 
 from ldc.diagnostics import Diagnostics
+from ldc.expr import Place
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
 from ldc.model import elements, expressions, places
@@ -56,13 +57,23 @@ def block(
     if place is None:
         return None
     if place.type != Instance(key):
-        found = env.variable(place.root.upper())
-        declared = env.signature(place.type.pou) if isinstance(place.type, Instance) else None
-        findings.instance_mismatch(diagnostics, node.instance.span, node.instance.span.text,
-                                   declared.name if declared is not None else str(place.type),
-                                   signature.name, found[0].span if found is not None else None)
+        _instance_mismatch(env, node, place, signature, diagnostics)
         return None
     return Wiring(env, node, signature, net_of, diagnostics).function_block(place)
+
+
+def _instance_mismatch(
+    env: Environment, node: ast.Block, place: Place, signature: Signature, diagnostics: Diagnostics
+) -> None:
+    found = env.variable(place.root.upper())
+    written, declared = node.instance.span.text, str(place.type)
+    help = f"declare an instance: `VAR name : {signature.name}; END_VAR`"
+    if isinstance(place.type, Instance):
+        known = env.signature(place.type.pou)
+        declared = known.name if known is not None else declared
+        help = f"write `{written}: {declared}`, or declare it as {signature.name}"
+    findings.instance_mismatch(diagnostics, node.instance.span, written, declared, signature.name,
+                               found[0].span if found is not None else None, help)
 
 
 def _function_with_instance(node: ast.Block, diagnostics: Diagnostics) -> None:
