@@ -57,7 +57,7 @@ class _Lowering:
     def step(self, step: Step) -> None:
         power = self.power(step.tree, TRUE, step.net is not None)
         if step.net is not None:
-            self._keep(step.net, self.emit.held(power))
+            self._keep(step.net, self._settled(power))
 
     def finish(self) -> tuple[Instr, ...]:
         """Takes the jumps after the rest of the rung, the first in drawing order first."""
@@ -114,8 +114,7 @@ class _Lowering:
     def _parallel(self, children: tuple[Tree, ...], power: Value, needed: bool) -> Value:
         if all(self.pure(child) for child in children):
             return _and(power, disjunction([self.power(child, TRUE) for child in children]))
-        if power != TRUE:
-            power = self.emit.held(power)
+        power = self._settled(power)
         impure_after = [False] * len(children)
         for n in range(len(children) - 2, -1, -1):
             impure_after[n] = impure_after[n + 1] or not self.pure(children[n + 1])
@@ -125,8 +124,14 @@ class _Lowering:
                 continue
             result = self.power(child, power, needed)
             if needed:
-                results.append(self.emit.held(result) if effects_follow and result != TRUE else result)
+                results.append(self._settled(result) if effects_follow else result)
         return disjunction(results) if results else TRUE
+
+    def _settled(self, value: Value) -> Value:
+        """The value, computed now unless nothing that follows can change it."""
+        if isinstance(value, Const) or isinstance(value, Load) and value.place.root in self.emit.temps:
+            return value
+        return self.emit.held(value)
 
     def pure(self, tree: Tree) -> bool:
         """Whether the tree only reads: contacts that cannot fault, and kept powers."""
@@ -157,7 +162,7 @@ class _Lowering:
             case Coil():
                 out = self._coil(leaf.index, element, power)
             case Jump(label):
-                out = power if power == TRUE else self.emit.held(power)
+                out = self._settled(power)
                 self.jumps.append((leaf.index, label, out))
             case Block():
                 power, pins = self._pins(leaf, power)
@@ -167,11 +172,10 @@ class _Lowering:
     def _pins(self, leaf: Leaf, power: Value) -> tuple[Value, dict[str, Value]]:
         """The networks at the pins of a block; what was pending before their effects is computed first."""
         if not all(self.pure(tree) for _, tree in leaf.pins):
-            power = power if power == TRUE else self.emit.held(power)
+            power = self._settled(power)
             pins = {}
             for name, tree in leaf.pins:
-                value = self.power(tree, TRUE)
-                pins[name] = value if value == TRUE else self.emit.held(value)
+                pins[name] = self._settled(self.power(tree, TRUE))
         else:
             pins = {name: self.power(tree, TRUE) for name, tree in leaf.pins}
         self._at(leaf.index)
@@ -266,7 +270,7 @@ class _Lowering:
     def _keep(self, net: int, value: Value) -> None:
         """Feeds a net; what a loop needs of it in the next execution is remembered."""
         known = self.nets.get(net)
-        self.nets[net] = value if known is None else self.emit.held(disjunction([known, value]))
+        self.nets[net] = value if known is None else self._settled(disjunction([known, value]))
         memory = self.memories.nets.get(net)
         if memory is not None:
             self.emit.value(self.nets[net])

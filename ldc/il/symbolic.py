@@ -13,7 +13,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 
-from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, Load, Place
+from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.emit import typed_function
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type
@@ -59,6 +59,8 @@ class Operands:
 
     def __init__(self) -> None:
         self.columns: dict[Term, int] = {}
+        # By identity, since the same objects are read over and over; held, so that none is reused.
+        self.places: dict[int, tuple[Place, Key]] = {}
         self._terms: dict[tuple, Term] = {}
 
     def term(self, *key: object) -> Term:
@@ -192,6 +194,15 @@ class Memory:
 
     def key(self, place: Place) -> Key:
         """Equal keys are the same memory; located variables lie in the image of their area."""
+        known = self.operands.places.get(id(place))
+        if known is not None:
+            return known[1]
+        key = self._key(place)
+        if not any(isinstance(s, IndexStep) for s in place.steps):
+            self.operands.places[id(place)] = place, key
+        return key
+
+    def _key(self, place: Place) -> Key:
         root = place.root.upper()
         steps = tuple(self._step(s) for s in place.steps)
         location = self.locations.get(root) if not root.startswith("%") else Location.parse(root)
