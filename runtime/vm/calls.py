@@ -94,7 +94,7 @@ class Calls:
             (g, dg), (a, da), (b, db) = (ex.within(x, ex.OR) for x in args)
             return Expression(f"({b} if {g} else {a})", result, ex.ATOM,
                               args[0].reads | args[1].reads | args[2].reads, max(dg, da, db) + 1)
-        if "_TO_" in name and len(args) == 1:
+        if "_TO_" in name and "BCD" not in name and len(args) == 1:
             return _convert(args[0], plain(args[0].type), plain(result))
         return None
 
