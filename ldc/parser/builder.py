@@ -1,7 +1,7 @@
 """The actions of the rules of ladder.lark: from the children's values to the nodes of ast.py.
 
-A terminal's value is its token index. Wrong literals and the like are reported and mark the unit as
-failed (``failed``); the node made then stands in only until the unit is dropped.
+A terminal's value is its token index. What is wrong beyond the grammar is reported here. When it leaves no
+sensible node (a wrong literal, a reserved name), ``failed`` is set, and the unit is dropped.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ class Builder:
         if len(values) == 4:
             modifier = self.word(values[1]).upper()
             if modifier in "SR":
-                self.failed = True
                 self.findings.wrong_modifier(values[1])
+                modifier = ""
         return ast.Contact(modifier, values[-2], self.span(values[0], values[-1]))
 
     def coil(self, values: Values) -> ast.Coil:
@@ -115,7 +115,6 @@ class Builder:
         for side, pin in powers:
             word = self.word(side).lower()
             if word not in ("in", "out") or word in chosen:
-                self.failed = True
                 self.findings.power_pin(side, word in chosen)
             chosen[word] = self.word(pin)
         return ast.Block(instance, self.word(name), tuple(pins), chosen.get("in"), chosen.get("out"),

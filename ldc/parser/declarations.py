@@ -44,8 +44,8 @@ class FileBuilder(Builder):
     def sized_type(self, values: Values) -> ast.NamedType:
         name, _, length, close = values
         if self.word(name).upper() not in ("STRING", "WSTRING"):
-            self.failed = True
             self.findings.length_of(name)
+            return self.named_type([name])
         return ast.NamedType(self.word(name), length, self.span(name, close))
 
     def subrange_type(self, values: Values) -> ast.SubrangeType:
@@ -115,7 +115,6 @@ class FileBuilder(Builder):
         for index, value in settings:
             key = self.word(index).upper()
             if key not in ("INTERVAL", "SINGLE", "PRIORITY") or key in given:
-                self.failed = True
                 self.findings.task_setting(index, key in given)
             given[key] = value
         return ast.Task(self.declared(name), given.get("INTERVAL"), given.get("SINGLE"), given.get("PRIORITY"),

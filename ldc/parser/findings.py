@@ -33,8 +33,13 @@ class Findings:
 
     # ---- the text itself
 
-    def syntax(self, index: int, message: str, label: str, help: str, secondary: tuple[Label, ...] = ()) -> None:
-        self._at("LD0101", message, index, label, help, secondary)
+    def behind(self, index: int) -> Span:
+        """The place behind a token, where something is missing."""
+        end = self.tokens.ends[index]
+        return Span(self.tokens.source, end, end)
+
+    def syntax(self, span: Span, message: str, label: str, help: str, secondary: tuple[Label, ...] = ()) -> None:
+        self.diagnostics.error("LD0101", message, span, label, secondary=secondary, help=help)
 
     def character(self, span: Span) -> None:
         """A character that no token has; control characters are shown by their code."""
@@ -73,9 +78,8 @@ class Findings:
 
     # ---- brackets and sizes
 
-    def open_bracket(self, opening: int, closer: str, index: int, found: str) -> None:
-        """The bracket at ``opening`` lacks its ``closer`` where the token ``index`` stands."""
-        span = self.tokens.point(index)
+    def open_bracket(self, opening: int, closer: str, span: Span, found: str) -> None:
+        """The bracket at ``opening`` lacks its ``closer`` at ``span``."""
         self.diagnostics.error(
             "LD0108", f"{self.shown(opening)} is not closed", span, f"`{closer}` is missing before {found}",
             secondary=(Label(self.tokens.point(opening), "opened here"),), help=f"add `{closer}`")
@@ -130,14 +134,13 @@ class Findings:
         self._at("LD0118", "there are no pragmas in this language", index, "a `{` among declarations",
                  "remove it, or put it into a comment")
 
-    def missing_end(self, end: str, opening: int, name: str, index: int, found: str) -> None:
+    def missing_end(self, end: str, opening: int, index: int, found: str) -> None:
         """``opening`` began what ``end`` should close before the token ``index``."""
-        self.diagnostics.error(
-            "LD0119", f"{end} is missing", self.tokens.point(index), f"expected before {found}",
-            secondary=(Label(self.tokens.span(opening, opening), f"{name} begins here"),), help=f"add {end}")
+        self._at("LD0119", f"{end} is missing", index, f"expected before {found}", f"add {end}",
+                 (Label(self.tokens.point(opening), f"{self.shown(opening)} begins here"),))
 
     def wrong_end(self, index: int, end: str, opening: int) -> None:
-        self._at("LD0120", f"{self.shown(index)} stands where {end} was expected", index, "",
+        self._at("LD0120", f"{self.shown(index)} stands where {end} was expected", index, f"not {end}",
                  f"write {end}", (Label(self.tokens.point(opening), "this is what ends here"),))
 
     def late_declarations(self, index: int) -> None:

@@ -145,10 +145,7 @@ class Reader:
     def _missing(self, end: str, opening: int) -> None:
         """Report it, unless an open comment has swallowed it (that is told where it is)."""
         if self.at < len(self.types) or self.types[-1] != BAD or not self.tokens.text(-1).startswith("(*"):
-            name = self.findings.shown(opening)
-            if opening + 1 < len(self.types) and self.types[opening + 1] == "NAME":
-                name = f"`{cut(self.tokens.span(opening, opening + 1).text)}`"
-            self.findings.missing_end(end, opening, name, self.at, self._found())
+            self.findings.missing_end(end, opening, self.at, self._found())
 
     # ---- declarations
 
@@ -261,8 +258,11 @@ class Reader:
         if self.types[begin] == "{":
             self.findings.pragma(begin)
             return
+        if near and near[0] in SECTIONS:
+            self.units.lost = True
+            self.at += self._kind() == "END_VAR"
         help = f"did you mean `{near[0]}`?" if near else "a rung begins with RUNG; statements belong into a .st file"
-        self.findings.syntax(begin, f"expected RUNG or {end}, found {self.findings.shown(begin)}",
+        self.findings.syntax(self.tokens.point(begin), f"expected RUNG or {end}, found {self.findings.shown(begin)}",
                              "not the beginning of a rung", help)
 
     def _pou_end(self, end: str, opening: int) -> int:
@@ -323,7 +323,7 @@ class Reader:
     def _expected(self, wanted: str, stops: frozenset[str], help: str) -> None:
         begin = self._skip(stops)
         if not self.units.bad(begin, self.at):
-            self.findings.syntax(begin, f"expected {wanted}, found {self.findings.shown(begin)}",
+            self.findings.syntax(self.tokens.point(begin), f"expected {wanted}, found {self.findings.shown(begin)}",
                                  f"not {wanted}", help or f"write {wanted} here")
 
     def _close(self, end: str, opening: int) -> None:

@@ -39,6 +39,7 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
     kind = types[index] if index < end else END
     found = f"the end of the {what}" if kind == END and (what == "rung" or index == len(types)) else (
         findings.shown(index))
+    span = findings.behind(index - 1) if kind == END and index else tokens.point(index)
     open_brackets = _open(types, first, index)
     opening = open_brackets[-1] if open_brackets else None
     closer = OPENING[types[opening]] if opening is not None else ""
@@ -50,7 +51,7 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
         findings.stray_bracket(index, opening)
     elif closer and kind != closer and (kind in (END, ";", ")", "]", "}") or (
             closer in expected and kind in _ELEMENT | {"|"})):
-        findings.open_bracket(opening, closer, index, found)
+        findings.open_bracket(opening, closer, span, found)
     elif "NAME" in expected and KEYWORDS.get(kind) == kind and kind not in ("NOT", "_", "STRUCT"):
         findings.reserved(index)
     else:
@@ -59,8 +60,9 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
         meant = _meant(tokens.text(index), expected) if kind == "NAME" else ""
         help = f"did you mean `{meant}`?" if meant else _help(findings, kind, index, closer, wanted, what)
         secondary = (Label(tokens.point(opening), "opened here"),) if closer in expected else ()
-        label = found if kind == END else _NAMES.get(kind, "a reserved word" if kind in KEYWORDS else found)
-        findings.syntax(index, f"expected {wanted}{after}, found {found}", label, help, secondary)
+        label = f"the {what} ends here" if kind == END else _NAMES.get(
+            kind, "a reserved word" if kind in KEYWORDS else found)
+        findings.syntax(span, f"expected {wanted}{after}, found {found}", label, help, secondary)
 
 
 def _closers(types: list[str], open_brackets: list[int]) -> set[str]:
@@ -80,10 +82,10 @@ def _open(types: list[str], first: int, index: int) -> list[int]:
 
 def _meant(word: str, expected: frozenset[str]) -> str:
     """A keyword that looks much like the word, if it is one that could stand here or begin a section."""
-    near = difflib.get_close_matches(cut(word).upper(), (*_STRUCTURE, *_WORDS), 1, 0.75)
-    if near and (near[0] in _STRUCTURE or KEYWORDS[near[0]] in expected):
-        return near[0]
-    return ""
+    word = cut(word).upper()
+    here = [w for w in _WORDS if KEYWORDS[w] in expected]
+    near = difflib.get_close_matches(word, _STRUCTURE, 1, 0.75) or difflib.get_close_matches(word, here, 1, 0.65)
+    return near[0] if near else ""
 
 
 def _list(expected: frozenset[str]) -> str:
@@ -122,6 +124,8 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
         return "contacts stand in `[ ]`, coils in `( )`, blocks in `< >`; statements belong into a .st file"
     if what == "declaration" and "`;`" in wanted and kind in ("NAME", END):
         return "end the declaration with `;`"
+    if what == "declaration" and kind == "..":
+        return "an array is `ARRAY [1..n] OF type`, a subrange `INT (0..n)`"
     if what == "declaration" and kind == "=":
         return "an initial value is given with `:=`"
     return f"write {wanted} here"
