@@ -117,7 +117,7 @@ class Plan:
     def _add_pins(self, index: int, block: Block) -> None:
         for pin in block.inputs:
             if isinstance(pin.source, int):
-                source = pin.source if pin.source in self.pin_nets else self._from(index, pin.source)
+                source = self._from(index, pin.source)
                 self.pins.setdefault(index, []).append((pin.pin, Tap(RAIL) if source == RAIL else source))
         for pin in block.outputs:
             if isinstance(pin.target, int) and (index, pin.target) in self.loops:

@@ -32,7 +32,7 @@ def reduce(graph: RungGraph, turns: tuple[Turn, ...]) -> SPTree:
         tree, wrong = _attempt(graph, turns, choice)
         if not wrong:
             return tree
-        choice = _stricter(graph, choice, wrong)
+        choice = _stricter(graph, turns, choice, wrong)
     tree, wrong = _attempt(graph, turns, _everything(graph))
     assert not wrong, "one step per element, in the order of the schedule"
     return tree
@@ -63,7 +63,8 @@ def _attempt(graph: RungGraph, turns: tuple[Turn, ...], choice: Choice) -> tuple
     steps, stuck = _arrange(graph, grown, plan)
     if stuck:
         return SPTree(()), stuck
-    wrong = misplaced(graph, turns, executed(step.tree for step in steps))
+    order, early = executed(graph, plan, steps)
+    wrong = early or misplaced(graph, turns, order)
     stale = {feeder for turn in turns for feeder in turn.stale}
     return SPTree(tuple(steps), tuple(sorted(stale)), tuple(plan.outputs)), wrong
 
@@ -121,9 +122,20 @@ def _arrange(graph: RungGraph, grown: list[tuple[int, Step]], plan: Plan) -> tup
     return steps, [index for n, found in enumerate(blocks) if waits[n] for index in found]
 
 
-def _stricter(graph: RungGraph, choice: Choice, wrong: Sequence[int]) -> Choice:
-    """Cuts the net before each element in ``wrong`` that does not just follow another one there; one
-    that was cut off already gets a step of its own."""
+def _stricter(graph: RungGraph, turns: Sequence[Turn], choice: Choice, wrong: Sequence[int]) -> Choice:
+    """Cuts off the elements in ``wrong``; if they are already, those that come next in the schedule,
+    since the tree around them has to be divided there."""
+    stricter = _cut_off(graph, choice, wrong)
+    if stricter == choice:
+        moved = set(wrong)
+        after = [b.element for a, b in zip(turns, turns[1:]) if a.element in moved and b.element not in moved]
+        stricter = _cut_off(graph, choice, after)
+    return _everything(graph) if stricter == choice else stricter
+
+
+def _cut_off(graph: RungGraph, choice: Choice, wrong: Sequence[int]) -> Choice:
+    """Keeps the net before each element in ``wrong`` that does not just follow another one there; one
+    whose net is kept already gets a step of its own."""
     cuts, alone, moved = set(choice.cuts), set(choice.alone), set(wrong)
     for index in wrong:
         element = graph.elements[index]

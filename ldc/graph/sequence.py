@@ -11,20 +11,43 @@ from collections.abc import Iterable, Sequence
 
 from ldc.graph.order import Turn
 from ldc.graph.rung import RungGraph
-from ldc.graph.tree import Leaf, Tree
-from ldc.graph.walk import LEAF, operations
-from ldc.model.elements import Contact
+from ldc.graph.plan import Plan
+from ldc.graph.tree import Leaf, Step
+from ldc.graph.walk import LEAF, TAP, operations
+from ldc.model.elements import Block, Contact, Net
 
 
-def executed(trees: Iterable[Tree]) -> list[int]:
-    """The elements in the order in which the trees execute them."""
-    order = []
-    for tree in trees:
+def executed(graph: RungGraph, plan: Plan, steps: Iterable[Step]) -> tuple[list[int], list[int]]:
+    """The elements in the order in which the steps execute them; and the blocks that come only after a
+    tap of what they give to a net."""
+    order: list[int] = []
+    givers = _givers(graph, plan) if plan.pin_fed else {}
+    done: set[int] = set()
+    late: dict[int, None] = {}
+    for step in steps:
+        tree = step.tree
         if type(tree) is Leaf and not tree.pins:
             order.append(tree.index)
-        else:
-            order += [what.index for op, what in operations(tree) if op == LEAF]
-    return order
+            done.add(tree.index)
+            continue
+        for op, what in operations(tree):
+            if op == LEAF:
+                order.append(what.index)
+                done.add(what.index)
+            elif op == TAP and what.net in givers and not what.previous:
+                late.update(dict.fromkeys(giver for giver in givers[what.net] if giver not in done))
+    return order, list(late)
+
+
+def _givers(graph: RungGraph, plan: Plan) -> dict[Net, list[int]]:
+    """The blocks whose output pins are kept under a net."""
+    kept = {(index, pin): net for index, pin, net in plan.outputs}
+    givers: dict[Net, list[int]] = {}
+    for index, element in enumerate(graph.elements):
+        for pin in element.outputs if type(element) is Block else ():
+            if isinstance(pin.target, int):
+                givers.setdefault(kept.get((index, pin.pin), pin.target), []).append(index)
+    return givers
 
 
 def misplaced(graph: RungGraph, turns: Sequence[Turn], order: Sequence[int]) -> list[int]:
