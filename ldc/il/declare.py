@@ -48,12 +48,15 @@ class Declarations:
         return f" := {initial_text(value, type_, self.pins)}"
 
     def types(self, types: Iterable[Type]) -> Iterator[str]:
-        """``TYPE`` … ``END_TYPE``; nothing when none has a name."""
-        named = [t for t in types if isinstance(t, Struct | Enum | Subrange) and t.name]
+        """``TYPE`` … ``END_TYPE`` for all named types in ``types`` and inside of them, each after those
+        that it needs; nothing when there are none."""
+        named: dict[str, Type] = {}
+        for type_ in types:
+            _collect(type_, named)
         if not named:
             return
         yield "TYPE"
-        for type_ in named:
+        for type_ in named.values():
             match type_:
                 case Struct(name, fields):
                     yield f"    {name} : STRUCT"
@@ -76,39 +79,52 @@ class Declarations:
             qualifiers = " CONSTANT" * constant + " RETAIN" * retain
             note = " (* made by ldc *)" if made else ""
             yield f"{indent}{keyword}{qualifiers}{note}"
-            rows = [(self._declared(v, unit), v) for v in group]
+            rows = self._declared(list(group), unit)
             width = max(len(name) for name, _ in rows)
             for name, v in rows:
                 initial = "" if v.kind == "external" else self.initial(v.initial, v.type)
                 yield f"{indent}    {name:<{width}} : {self.type_of(v.type)}{initial};"
             yield f"{indent}END_VAR"
 
-    def _declared(self, variable: Variable, unit: str | None) -> str:
-        name = variable.name
-        name = self.names.globally(name) if unit is None else self.names.variable(unit, name)
-        return f"{name} AT {variable.location}" if variable.location else name
+    def _declared(self, variables: list[Variable], unit: str | None) -> list[tuple[str, Variable]]:
+        """The names, with their addresses in a column of their own."""
+        names = [self.names.globally(v.name) if unit is None else self.names.variable(unit, v.name)
+                 for v in variables]
+        width = max((len(n) for n, v in zip(names, variables) if v.location), default=0)
+        return [(f"{name:<{width}} AT {v.location}" if v.location else name, v)
+                for name, v in zip(names, variables)]
 
     def configuration(self, program: Program) -> Iterator[str]:
-        """``CONFIGURATION`` … ``END_CONFIGURATION``."""
+        """``CONFIGURATION`` … ``END_CONFIGURATION``.
+
+        For compilers that keep all names in one space no instance is called like a POU (as ldc calls
+        them by default), and nothing else like an instance: they get a suffix, ``conveyor_1``.
+        """
         if not program.resources and not program.globals:
             return
-        yield f"CONFIGURATION {_identifier(program.name) or 'config'}"
+        pous = set(self._units)
+        instances = renamed((_last(r.name) for s in program.resources for r in s.runs), pous, suffix=True)
+        taken = pous | {instances.get(n, n) for s in program.resources for r in s.runs
+                        for n in (_last(r.name).upper(),)}
+        taken = {n.upper() for n in taken} | {v.name.upper() for v in program.globals}
+        resources = renamed((s.name for s in program.resources), taken, suffix=True)
+        taken |= {resources.get(s.name.upper(), s.name).upper() for s in program.resources}
+        name = _identifier(program.name) or "config"
+        yield f"CONFIGURATION {renamed((name,), taken, suffix=True).get(name.upper(), name)}"
         yield from self.variables(program.globals, None, "    ")
         for resource in program.resources:
-            yield from self._resource(resource, program)
+            yield from self._resource(resource, resources, instances)
         yield "END_CONFIGURATION"
 
-    def _resource(self, resource: Resource, program: Program) -> Iterator[str]:
-        yield f"    RESOURCE {resource.name} ON {resource.processor}"
+    def _resource(self, resource: Resource, resources: dict[str, str], instances: dict[str, str]) -> Iterator[str]:
+        name = resources.get(resource.name.upper(), resource.name)
+        yield f"    RESOURCE {name} ON {resource.processor}"
         for task in resource.tasks:
             yield f"        TASK {task.name} ({self._task(task)});"
-        instances = [run.name.rsplit(".", 1)[-1] for run in resource.runs]
-        # An instance named like a POU, as ldc names them by default, confuses other compilers.
-        fresh = renamed(instances, self._units, suffix=True)
-        for run, instance in zip(resource.runs, instances):
-            unit = self._units.get(run.pou.upper())
+        for run in resource.runs:
+            instance, unit = _last(run.name), self._units.get(run.pou.upper())
             pou = self.names.pou(unit.name if unit else run.pou)
-            yield f"        PROGRAM {fresh.get(instance.upper(), instance)} WITH {run.task} : {pou};"
+            yield f"        PROGRAM {instances.get(instance.upper(), instance)} WITH {run.task} : {pou};"
         yield "    END_RESOURCE"
 
     def _task(self, task: Task) -> str:
@@ -120,10 +136,26 @@ class Declarations:
         return ", ".join((*parts, f"PRIORITY := {task.priority}"))
 
 
+def _collect(type_: Type, named: dict[str, Type]) -> None:
+    match type_:
+        case Array(element=element):
+            _collect(element, named)
+        case Struct(name, fields) if name not in named:
+            for field in fields:
+                _collect(field.type, named)
+            named[name] = type_
+        case Enum(name) | Subrange(name) if name:
+            named.setdefault(name, type_)
+
+
 def _block_of(variable: Variable) -> tuple[str, bool, bool, bool]:
     made = variable.name.upper().startswith("_LDC_")
     keyword = "VAR" if made else _KEYWORD[variable.kind]
     return keyword, variable.retain and not made, variable.constant, made
+
+
+def _last(path: str) -> str:
+    return path.rsplit(".", 1)[-1]
 
 
 def _identifier(name: str) -> str:

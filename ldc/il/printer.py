@@ -28,7 +28,8 @@ def print_program(program: Program, sources: bool | None = None) -> str:
     compiled from stands as a comment above its code."""
     names = Names(program.units, program.globals)
     declarations = Declarations(names, program.units)
-    lines = list(declarations.types(program.types))
+    used = (v.type for variables in (program.globals, *(u.variables for u in program.units)) for v in variables)
+    lines = list(declarations.types((*program.types, *used)))
     for unit in program.units:
         if not unit.standard:
             lines += _UnitPrinter(unit, program.units, program.globals, names, declarations, bool(sources)).lines()

@@ -31,14 +31,15 @@ class Regions:
     def __init__(self, code: list[Instr]) -> None:
         self._code = code
         self._regions = [Region(0, "body", None, False)]
+        self._keys: set[str] = set()
         self._untouched = False
 
     def open(self, mark: Mark) -> None:
-        keys = {r.key for r in self._regions if r.marked}
         key, count = mark.key, 1
-        while key in keys:
+        while key in self._keys:
             count += 1
             key = f"{mark.key}_{count}"
+        self._keys.add(key)
         if not self._regions[-1].marked and not self._code:
             self._regions.pop()
         self._regions.append(Region(len(self._code), key, mark.title, True))

@@ -161,6 +161,9 @@ class Scanner:
     def split(self, start: int, end: int) -> list[tuple[int, int]]:
         """The parts between commas outside of brackets, without blanks; none when there is only blank."""
         start, end = start - self.base, end - self.base
+        if "," not in self.text[start:end]:
+            part = self._trim(start, end)
+            return [part] if part else []
         cuts, depth = [start], 0
         for match in _BRACKET.finditer(self.text, start, end):
             if match[0] in "([":
@@ -171,7 +174,7 @@ class Scanner:
                 cuts.append(match.end())
         ends = [c - 1 for c in cuts[1:]] + [end]
         parts = [self._trim(a, b) or (self.base + a, self.base + a) for a, b in zip(cuts, ends)]
-        return [] if len(parts) == 1 and parts[0][0] == parts[0][1] else parts
+        return parts
 
     def arguments(self, start: int, end: int) -> list[Argument]:
         result = []
