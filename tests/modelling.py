@@ -58,7 +58,8 @@ def modelled(*texts: str, settings=None, nets: Nets | None = None, name: str = "
     for key, pou in model.pous.items():
         scope = Scope(model, pou.name)
         if isinstance(pou.body, ast.LadderBody):
-            items = [i for rung in pou.body.rungs for i in sorted(elements_in(rung), key=lambda e: e.span.start)]
+            items = [item for rung in pou.body.rungs
+                     for item in sorted(elements_in(rung), key=lambda e: e.span.start)]
             found.elements[key] = [scope.element(i, nets or Nets(), diagnostics) for i in items]
     return found
 

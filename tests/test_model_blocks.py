@@ -38,7 +38,8 @@ END_FUNCTION
 """
 VARIABLES = """
     a, b, c : BOOL; n, m : INT; d : DINT; byt : BYTE; us : USINT; w : WORD; x : REAL; lx : LREAL; t : TIME;
-    warm : TON; timers : ARRAY [0..3] OF TON; parts : CTU; quiet : silent; two : both; p1, p2 : Point; mode : Mode;
+    warm : TON; timers : ARRAY [0..3] OF TON; parts : CTU; quiet : silent; two : both;
+    p1, p2 : Point; mode : Mode;
     name : STRING[20];
 """
 
@@ -121,7 +122,7 @@ def test_pins(rung: str, expected: str) -> None:
     ("<quiet: silent(n := 5) out=_>", "has no BOOL input for the power | write `in=_`"),
     ("<quiet: silent(n := 5) in=_>", "has no BOOL output for the power | write `out=_`"),
     ("<quiet: silent() in=n out=_>", "LD0510 [<quiet: silent() in=n out=_>]"),
-    ("<warm: TON() in=XX>", "LD0510 [<warm: TON() in=XX>] power cannot use the pin `XX` of `TON` | write `in=IN` or `in=_`"),
+    ("<warm: TON() in=XX>", "power cannot use the pin `XX` of `TON` | write `in=IN` or `in=_`"),
     ("<warm: TON() out=ET>", "LD0510"),
     ("<MOVE(n) out=OUT>", "LD0510"),
     ("<two: both(total := 5)>", "LD0511 [5]"),
@@ -175,9 +176,9 @@ def test_the_signature_of_an_overloaded_function_has_the_types_of_the_call() -> 
 
 
 def test_two_coils_for_one_place() -> None:
-    found = modelled(program("a, b AT %QX0.0, b2 AT %QX0.0 : BOOL; w : WORD; f : ARRAY [0..3] OF BOOL; i : INT;"
-                             .replace("a, b AT", "a : BOOL; b AT").replace(", b2 AT", " : BOOL; b2 AT"),
-                             "RUNG [a] (b) (b2) (%QX0.0) (S a) (R a) (w.1) (/W.1) (f[1]) (f[1]) (f[i]) (f[i])"))
+    found = modelled(program(
+        "a : BOOL; b AT %QX0.0 : BOOL; b2 AT %QX0.0 : BOOL; w : WORD; f : ARRAY [0..3] OF BOOL; i : INT;",
+        "RUNG [a] (b) (b2) (%QX0.0) (S a) (R a) (w.1) (/W.1) (f[1]) (f[1]) (f[i]) (f[i])"))
     coils = [("r", e) for e in found.elements["MAIN"] if isinstance(e, Coil)]
     diagnostics = Diagnostics()
     duplicate_coils(found.model.pous["MAIN"], coils, diagnostics)

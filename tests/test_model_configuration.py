@@ -18,7 +18,8 @@ FUNCTION_BLOCK helper END_FUNCTION_BLOCK
 
 
 def configured(inside: str):
-    return modelled(PROGRAMS, f"CONFIGURATION plant RESOURCE cpu ON master {inside} END_RESOURCE END_CONFIGURATION")
+    return modelled(PROGRAMS, "CONFIGURATION plant RESOURCE cpu ON master\n"
+                              f"{inside} END_RESOURCE END_CONFIGURATION")
 
 
 def runs(found) -> list[tuple[str, str, str, str]]:
@@ -100,8 +101,9 @@ def test_one_task_of_the_manifest_without_programs_runs_all() -> None:
 
 
 def test_a_configuration_in_the_text_wins() -> None:
-    found = modelled(PROGRAMS, "CONFIGURATION c RESOURCE r ON master PROGRAM p : Infeed; PROGRAM q : outfeed; "
-                     "END_RESOURCE END_CONFIGURATION", settings=Settings(tasks=(TaskSetting("x", 1),)))
+    text = ("CONFIGURATION c RESOURCE r ON master PROGRAM p : Infeed; PROGRAM q : outfeed; "
+            "END_RESOURCE END_CONFIGURATION")
+    found = modelled(PROGRAMS, text, settings=Settings(tasks=(TaskSetting("x", 1),)))
     assert [run[1] for run in runs(found)] == ["p", "q"]
 
 

@@ -83,7 +83,8 @@ def test_enumerations_without_a_name_print_as_they_are_declared() -> None:
 
 
 def test_constants_of_the_pou_are_known_in_its_bounds() -> None:
-    found = modelled("PROGRAM p VAR a : ARRAY [1..n] OF BOOL; END_VAR VAR CONSTANT n : INT := 3; END_VAR END_PROGRAM")
+    found = modelled("PROGRAM p VAR a : ARRAY [1..n] OF BOOL; END_VAR "
+                     "VAR CONSTANT n : INT := 3; END_VAR END_PROGRAM")
     assert found.model.pous["P"].variables["A"].type.bounds == ((1, 3),)
     assert found.codes == []
 
@@ -145,8 +146,8 @@ def test_a_rung_that_did_not_parse_silences_labels_but_not_names() -> None:
 
 
 def test_types_in_a_circle_are_one_finding() -> None:
-    found = modelled(program("x : A; y : B;", before="TYPE A : ARRAY [0..1] OF B; B : STRUCT a : C; END_STRUCT; "
-                             "C : A; END_TYPE"))
+    types_ = "TYPE A : ARRAY [0..1] OF B; B : STRUCT a : C; END_STRUCT; C : A; END_TYPE"
+    found = modelled(program("x : A; y : B;", before=types_))
     assert found.codes == ["LD0206"]
     assert "A -> B -> C -> A" in found.text
 
@@ -155,15 +156,17 @@ def test_types_in_a_circle_are_one_finding() -> None:
 def test_long_chains_of_types_and_constants(count: int) -> None:
     constants = "".join(f"c{n} : DINT := c{n - 1} + 1; " for n in range(1, count))
     aliases = "".join(f"T{n} : T{n - 1}; " for n in range(1, count))
-    found = modelled(program(f"x : T{count - 1} := c{count - 1};", before=f"TYPE T0 : DINT; {aliases} END_TYPE "
-                             f"VAR_GLOBAL CONSTANT c0 : DINT := 0; {constants} END_VAR"))
+    before = (f"TYPE T0 : DINT; {aliases} END_TYPE "
+              f"VAR_GLOBAL CONSTANT c0 : DINT := 0; {constants} END_VAR")
+    found = modelled(program(f"x : T{count - 1} := c{count - 1};", before=before))
     assert found.codes == []
     assert found.model.pous["MAIN"].variables["X"].initial == count - 1
 
 
 def test_chains_against_the_order_of_the_text_are_cut() -> None:
     constants = "".join(f"c{n} : DINT := c{n + 1}; " for n in range(3000))
-    found = modelled(program("x : BOOL;", before=f"VAR_GLOBAL CONSTANT {constants} c3000 : DINT := 1; END_VAR"))
+    before = f"VAR_GLOBAL CONSTANT {constants} c3000 : DINT := 1; END_VAR"
+    found = modelled(program("x : BOOL;", before=before))
     assert set(found.codes) == {"LD0225"}
 
 
@@ -238,15 +241,16 @@ def test_the_size_of_the_image_is_a_setting() -> None:
 
 def test_external_variables_are_the_globals() -> None:
     found = modelled("VAR_GLOBAL CONSTANT Top : INT := 9; END_VAR "
-                     "PROGRAM p VAR_EXTERNAL TOP : INT; END_VAR VAR a : ARRAY [0..top] OF BOOL; END_VAR END_PROGRAM")
+                     "PROGRAM p VAR_EXTERNAL TOP : INT; END_VAR "
+                     "VAR a : ARRAY [0..top] OF BOOL; END_VAR END_PROGRAM")
     variable = found.model.pous["P"].variables["TOP"]
     assert (variable.name, variable.kind, variable.constant) == ("Top", "external", True)
     assert found.model.pous["P"].variables["A"].type.bounds == ((0, 9),)
 
 
 def test_pins_come_first_in_declared_order() -> None:
-    found = modelled("FUNCTION_BLOCK f VAR a : INT; END_VAR VAR_OUTPUT q : INT; END_VAR VAR_IN_OUT io : INT; END_VAR "
-                     "VAR_INPUT i, j : INT := 3; END_VAR END_FUNCTION_BLOCK")
+    found = modelled("FUNCTION_BLOCK f VAR a : INT; END_VAR VAR_OUTPUT q : INT; END_VAR "
+                     "VAR_IN_OUT io : INT; END_VAR VAR_INPUT i, j : INT := 3; END_VAR END_FUNCTION_BLOCK")
     assert list(found.model.pous["F"].variables) == ["I", "J", "Q", "IO", "A"]
     signature = found.model.signatures["F"]
     assert [p.name for p in signature.inputs] == ["i", "j"]
@@ -274,7 +278,8 @@ FUNCTION = "FUNCTION {0} : BOOL VAR_INPUT x : BOOL; END_VAR RUNG [{1}] ({0}) END
 
 def test_callees_come_first() -> None:
     text = program("b : outer;", "RUNG [f(TRUE)] (b.q)") + (
-        "FUNCTION_BLOCK outer VAR_OUTPUT q : BOOL; END_VAR VAR i : ARRAY [0..1] OF inner; END_VAR END_FUNCTION_BLOCK "
+        "FUNCTION_BLOCK outer VAR_OUTPUT q : BOOL; END_VAR "
+        "VAR i : ARRAY [0..1] OF inner; END_VAR END_FUNCTION_BLOCK "
         "FUNCTION_BLOCK inner VAR_OUTPUT q : BOOL; END_VAR RUNG <g(TRUE, OUT => q)> END_FUNCTION_BLOCK "
     ) + FUNCTION.format("f", "NOT (x AND g(x))") + FUNCTION.format("g", "x")
     order = modelled(text).model.order
@@ -303,8 +308,9 @@ def test_calls_in_text_bodies_count() -> None:
     assert found.codes == [] and found.model.order == ("G", "F")
 
 
-def test_a_chain_of_ten_thousand_blocks_is_refused_and_not_a_crash() -> None:
-    chain = "".join(f"FUNCTION_BLOCK b{n} VAR x : b{n + 1}; END_VAR END_FUNCTION_BLOCK\n" for n in range(2000))
+def test_a_chain_of_two_thousand_blocks_is_refused_and_not_a_crash() -> None:
+    chain = "".join(f"FUNCTION_BLOCK b{n} VAR x : b{n + 1}; END_VAR END_FUNCTION_BLOCK\n"
+                    for n in range(2000))
     found = modelled(chain + "FUNCTION_BLOCK b2000 END_FUNCTION_BLOCK")
     assert found.codes == ["LD0225"]
     assert found.model.order[0] == "B2000"

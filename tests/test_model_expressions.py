@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 
 import pytest
 from hypothesis import given, settings
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from ldc import types
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply
-from ldc.model import Scope
+from ldc.model import Scope, resolve
 from ldc.model.elements import Jump
 from ldc.model.settings import Settings
 from ldc.parser import ast, parse_file
@@ -33,8 +34,10 @@ END_FUNCTION
 FUNCTION both : BOOL VAR_INPUT a : BOOL; END_VAR VAR_OUTPUT n : BOOL; END_VAR RUNG [a] (both) END_FUNCTION
 """
 VARIABLES = """
-    a, b, c : BOOL; si : SINT; i, j : INT; d : DINT; l : LINT; us : USINT; u : UINT; ud : UDINT; ul : ULINT; re : REAL; lr : LREAL;
-    w : WORD; byt : BYTE; t : TIME; td : TOD; dat : DATE; dt1 : DT; txt : STRING[10]; ws : WSTRING; m : Mode; p : Percent;
+    a, b, c : BOOL; si : SINT; i, j : INT; d : DINT; l : LINT; us : USINT; u : UINT; ud : UDINT; ul : ULINT;
+    re : REAL; lr : LREAL;
+    w : WORD; byt : BYTE; t : TIME; td : TOD; dat : DATE; dt1 : DT; txt : STRING[10]; ws : WSTRING;
+    m : Mode; p : Percent;
     pt : Point; arr : ARRAY [1..3] OF INT; flags : ARRAY [0..1, 0..2] OF BOOL; pts : ARRAY [0..1] OF Point;
     warm : TON; timers : ARRAY [0..1] OF TON; inb AT %IX0.0 : BOOL; q AT %QX0.0 : BOOL;
 END_VAR
@@ -115,14 +118,16 @@ def test_types(text: str, expected: str) -> None:
 @pytest.mark.parametrize(("rung", "expected"), [
     ("[a]", "open a"), ("[/A]", "closed a"), ("[P a]", "rising a"), ("[N a]", "falling a"),
     ("[1]", "open True:BOOL"), ("[/TRUE]", "closed True:BOOL"), ("[yes]", "open yes"),
-    ("[%ix0.1]", "open %IX0.1"), ("[/%I0.1]", "closed %IX0.1"), ("[w.15]", "open w.15"), ("[P byt.0]", "rising byt.0"),
+    ("[%ix0.1]", "open %IX0.1"), ("[/%I0.1]", "closed %IX0.1"), ("[w.15]", "open w.15"),
+    ("[P byt.0]", "rising byt.0"),
     ("[warm.q]", "open warm.Q"), ("[/timers[0].Q]", "closed timers[0].Q"), ("[g]", "open g"),
     ("[pt.ok]", "open pt.ok"), ("[flags[1, 2]]", "open flags[1, 2]"),
     ("[flags[i, 2]]", "expression flags[i, 2]"), ("[/flags[i, 2]]", "expression NOT(flags[i, 2])"),
     ("[P flags[i, 2]]", "rising flags[i, 2]"),
     ("[NOT a]", "expression NOT(a)"), ("[(a)]", "open a"),
-    ("(a)", "normal a"), ("(/a)", "negated a"), ("(S a)", "set a"), ("(R a)", "reset a"), ("(P a)", "rising a"),
-    ("(N a)", "falling a"), ("(%QX0.3)", "normal %QX0.3"), ("(S w.3)", "set w.3"), ("(warm.IN)", "normal warm.IN"),
+    ("(a)", "normal a"), ("(/a)", "negated a"), ("(S a)", "set a"),
+    ("(R a)", "reset a"), ("(P a)", "rising a"), ("(N a)", "falling a"), ("(%QX0.3)", "normal %QX0.3"),
+    ("(S w.3)", "set w.3"), ("(warm.IN)", "normal warm.IN"),
     ("(flags[i, 0])", "normal flags[i, 0]"), ("(g)", "normal g"),
 ])
 def test_contacts_and_coils(rung: str, expected: str) -> None:
@@ -158,17 +163,20 @@ def test_contacts_and_coils(rung: str, expected: str) -> None:
     ("[i MOD nothing > 1] (a)", "LD0411 [nothing]"),
     ("[DIV(i, 5 - 5) > 1] (a)", "LD0411 [5 - 5]"),
     ("[i > t] (a)", "LD0410 [i > t]"),
-    ("[ul > i] (a)", "LD0410 [ul > i] GT: ULINT and INT have no common type; convert one of them | convert it by `INT_TO_ULINT(...)`"),
+    ("[ul > i] (a)", "LD0410 [ul > i] GT: ULINT and INT have no common type; convert one of them | "
+     "convert it by `INT_TO_ULINT(...)`"),
     ("[i AND j] (a)", "compare numbers first"),
     ("[warm = warm] (a)", "LD0410"),
     ("[m = 1] (a)", "LD0403 [1] this place needs a value of Mode, not INT"),
     ("[m = open] (a)", "LD0410"),
     ("[m > d] (a)", "LD0410"),
     ("[stopped = 1] (a)", "LD0412 [stopped] `stopped` is a value of Mode and Other | write `Mode#stopped`"),
-    ("[m = Mode#open] (a)", "LD0412 [Mode#open] Mode has no value `open` | its values are stopped, slow, fast"),
+    ("[m = Mode#open] (a)",
+     "LD0412 [Mode#open] Mode has no value `open` | its values are stopped, slow, fast"),
     ("[txt = ws] (a)", "LD0410"),
     ("[SINT#300 > 1] (a)", "[SINT#300]"),
-    ("[scaled(txt) > re] (a)", "LD0403 [txt] pin `value` needs REAL, not STRING[10] | convert it by `STRING_TO_REAL(...)`"),
+    ("[scaled(txt) > re] (a)",
+     "LD0403 [txt] pin `value` needs REAL, not STRING[10] | convert it by `STRING_TO_REAL(...)`"),
     ("[scaled() > re] (a)", "LD0507 [scaled()] `scaled` needs `value`"),
     ("[scaled(1, 2, 3) > re] (a)", "LD0509 [3]"),
     ("[scaled(1, value := 2) > re] (a)", "LD0512 [1]"),
@@ -206,12 +214,14 @@ def test_what_a_pou_may_not_write() -> None:
     found = modelled("VAR_GLOBAL g : BOOL; END_VAR FUNCTION f : BOOL VAR_INPUT i : BOOL; END_VAR "
                      "RUNG [g] (i) RUNG [i] (g) RUNG [i] (%QX0.0) RUNG [i] (f) END_FUNCTION "
                      "FUNCTION_BLOCK b VAR_INPUT i : BOOL; END_VAR VAR_IN_OUT io : BOOL; END_VAR "
-                     "VAR_EXTERNAL g : BOOL; END_VAR RUNG [g] (i) RUNG [i] (io) RUNG [i] (g) END_FUNCTION_BLOCK")
+                     "VAR_EXTERNAL g : BOOL; END_VAR "
+                     "RUNG [g] (i) RUNG [i] (io) RUNG [i] (g) END_FUNCTION_BLOCK")
     assert found.codes == ["LD0503"] * 4, found.text
 
 
 def test_a_function_has_no_edges() -> None:
-    found = modelled("FUNCTION f : BOOL VAR_INPUT i : BOOL; END_VAR RUNG [P i] [N i] (f) RUNG [i] (P f) END_FUNCTION")
+    found = modelled("FUNCTION f : BOOL VAR_INPUT i : BOOL; END_VAR "
+                     "RUNG [P i] [N i] (f) RUNG [i] (P f) END_FUNCTION")
     assert found.codes == ["LD0516"] * 3
 
 
@@ -266,7 +276,7 @@ def test_a_scope_without_a_pou_sees_globals_only() -> None:
 
 SAMPLE = program(VARIABLES, """
 RUNG one "t" { [a] | [/b] } [i + 1 > d] <warm: TON(PT := T#1s, ET => t)> (S c)
-RUNG [m = Mode#fast] <MOVE(IN := scaled(i, factor := 1.5), OUT => re)> (q)
+RUNG [m = Mode#fast] <MOVE(IN := scaled(value := i, factor := 1.5), OUT => re)> (q)
 RUNG { [a] @x [b] | [c] @y [w.3] } (flags[1, i]); @x [pts[0].ok] @y
 RUNG [LIMIT(0, i, 10) = arr[2]] <ADD(i, 3, OUT => i) in=_> >>one
 """, BEFORE)
@@ -305,26 +315,24 @@ def test_arguments_have_one_type_that_holds_them_all(name: str, kinds: list[str]
         return
     inner = contact.expr.args[0]
     assert inner.args[0].type == inner.args[1].type == inner.type
-    assert {types.ELEMENTARY[k] for k in kinds} == {(a.args[0] if isinstance(a, Apply) else a).type for a in inner.args}
+    sources = {(a.args[0] if isinstance(a, Apply) else a).type for a in inner.args}
+    assert sources == {types.ELEMENTARY[k] for k in kinds}
 
 
 def test_typing_a_rung_is_quick() -> None:
-    import time
-
     text = program("".join(f"x{n} : BOOL; " for n in range(100)) + "q : BOOL;",
                    "\n".join("RUNG " + " ".join(f"[x{(n * 7 + k) % 100}]" for k in range(6)) + " (q)"
                              for n in range(300)))
     diagnostics = Diagnostics()
     file = parse_file(SourceFile("x.ld", text), diagnostics)
-    from ldc.model import resolve
     model = resolve(ast.Project((file,)), diagnostics)
     scope = Scope(model, "main")
     items = [i for rung in file.pous[0].body.rungs for i in rung.paths[0].items]
-    best = min(_timed(lambda: [scope.element(i, None, diagnostics) for i in items], time) for _ in range(5))
+    best = min(_timed(lambda: [scope.element(i, None, diagnostics) for i in items]) for _ in range(5))
     assert best / 300 < 200e-6, f"{best / 300 * 1e6:.0f} us a rung"
 
 
-def _timed(work, time) -> float:
+def _timed(work) -> float:
     start = time.perf_counter()
     work()
     return time.perf_counter() - start

@@ -5,6 +5,7 @@ Chains of operators may be a thousand long: they are walked in loops, only brack
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 from ldc.diagnostics import Diagnostics
@@ -15,21 +16,23 @@ from ldc.model import calls, places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
-from ldc.model.values import (
-    AnyEnum,
-    NetValue,
-    Untyped,
-    Value,
-    coerce,
-    fits,
-    is_real,
-    literal,
-    natural,
-    storable,
-)
+from ldc.model.values import AnyEnum, NetValue, Untyped, Value, coerce, fits, literal, natural, storable
 from ldc.parser import ast
 from ldc.source import Span
-from ldc.types import BOOL, REAL, Array, Elementary, Enum, Instance, Scalar, Struct, Type, is_scalar, storage
+from ldc.types import (
+    BOOL,
+    LREAL,
+    REAL,
+    Array,
+    Elementary,
+    Enum,
+    Instance,
+    Scalar,
+    Struct,
+    Type,
+    is_scalar,
+    storage,
+)
 
 OPERATORS = {
     "OR": "OR", "XOR": "XOR", "AND": "AND", "=": "EQ", "<>": "NE", "<": "LT", ">": "GT", "<=": "LE",
@@ -38,6 +41,7 @@ OPERATORS = {
 LOGIC = frozenset(("AND", "OR", "XOR"))
 ARITHMETIC = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "EXPT"))
 DIVISIONS = frozenset(("DIV", "MOD", "DIVTIME"))
+_UNDECIDED = (Untyped, AnyEnum)
 
 
 def expression(
@@ -248,31 +252,42 @@ def resolve(
     counts with its natural type. When nothing decides and the result is of no use to the context,
     literals take the type that the context asks for (``hint``).
     """
-    types = tuple(None if type(a) in (Untyped, AnyEnum) else a.type for a in args)
-    if None not in types:
-        return _resolve(name, types)
-    if any(type(a) is Untyped and isinstance(a.value, float) for a in args):
+    types = [None if type(a) in _UNDECIDED else a.type for a in args]
+    floats, names, known_real, enum = [], [], False, None
+    for at, (argument, type_) in enumerate(zip(args, types, strict=True)):
+        if type_ is None:
+            if type(argument) is AnyEnum:
+                names.append(at)
+            elif type(argument) is Untyped and isinstance(argument.value, float):
+                floats.append(at)
+        elif type_ is REAL or type_ is LREAL:
+            known_real = True
+        elif type(type_) is Enum:
+            enum = type_
+    if floats and not known_real:
         # 1.5 beside a REAL or LREAL takes that type, beside anything else it is a REAL.
-        if not any(is_real(t) for t in types):
-            types = tuple(REAL if type(a) is Untyped and isinstance(a.value, float) else t
-                          for a, t in zip(args, types, strict=True))
-    enum = next((t for t in types if isinstance(t, Enum)), None)
-    if enum is not None:
-        types = tuple(enum if type(a) is AnyEnum else t for a, t in zip(args, types, strict=True))
-    found = _resolve(name, types)
+        for at in floats:
+            types[at] = REAL
+    for at in names:
+        types[at] = enum
+    found = _resolve(name, tuple(types))
+    loose = [at for at, a in enumerate(args) if type(a) is Untyped]
+    if not loose:
+        return found
     if hint is not None and (isinstance(found, str) or not storable(found.result, hint)):
-        hinted = _resolve(name, tuple(storage(hint) if type(a) is Untyped else t
-                                      for a, t in zip(args, types, strict=True)))
+        hinted = _resolve(name, _replaced(types, loose, lambda at: storage(hint)))
         if not isinstance(hinted, str) and storable(hinted.result, hint):
             return hinted
-    if isinstance(found, str):
+    if isinstance(found, str) or all(fits(args[at].value, found.parameters[at]) for at in loose):
         return found
-    loose = [i for i, a in enumerate(args) if types[i] is None and type(a) is Untyped]
-    if all(fits(args[i].value, found.parameters[i]) for i in loose):
-        return found
-    wider = tuple(natural(args[i].value) if i in loose else t for i, t in enumerate(types))
-    retried = _resolve(name, wider)
+    retried = _resolve(name, _replaced(types, loose, lambda at: natural(args[at].value)))
     return found if isinstance(retried, str) else retried
+
+
+def _replaced(
+    types: list[Type | None], places: list[int], by: Callable[[int], Type]
+) -> tuple[Type | None, ...]:
+    return tuple(by(at) if at in places else type_ for at, type_ in enumerate(types))
 
 
 def apply(
@@ -295,7 +310,7 @@ def apply(
 
 
 def _operation_help(name: str, args: tuple[Value, ...]) -> str:
-    types = [a.type for a in args if type(a) not in (Untyped, AnyEnum)]
+    types = [a.type for a in args if type(a) not in _UNDECIDED]
     if any(isinstance(t, Instance) for t in types):
         return "name one of the outputs of the block, `instance.pin`"
     if any(isinstance(t, Array | Struct) for t in types):

@@ -21,7 +21,6 @@ from ldc.types import (
     ELEMENTARY,
     INT,
     LINT,
-    LREAL,
     REAL,
     STRING,
     ULINT,
@@ -191,6 +190,8 @@ def coerce(
     if type(value) is Untyped or type(value) is AnyEnum:
         return settle(value, wanted, diagnostics, what)
     got = value.type
+    if got is wanted and type(got) is Elementary:
+        return value
     if wanted is None or got is wanted or same(got, wanted):
         if isinstance(value, Const) and wanted is not None and not const_fits(value.value, wanted):
             findings.does_not_fit(diagnostics, span, "this constant", wanted)
@@ -219,7 +220,3 @@ def converted(value: Expr, source: Elementary, target: Elementary, span: Span) -
     if isinstance(value, Const):
         return Const(functions.meaning(name, (source,), target)(value.value), target, value.span)
     return Apply(name, (value,), target, span)
-
-
-def is_real(type_: Type | None) -> bool:
-    return type_ == REAL or type_ == LREAL
