@@ -60,7 +60,8 @@ class Fault:
         primary = Label(self.place.span, f"in scan {self.scan}") if self.place.span else None
         called = tuple(Label(p.span, f"called from {p.pou}") for p in self.calls if p.span)
         where = "" if primary else f" in {self.place}, scan {self.scan}"
-        return Diagnostic(self.code, f"task {self.task} stopped: {self.message}{where}", primary, called, self.help)
+        message = f"task {self.task} stopped: {self.message}{where}"
+        return Diagnostic(self.code, message, primary, called, self.help)
 
 
 FAULTS = (DivisionByZero, ZeroDivisionError, IndexOutOfRange, WatchdogExpired)

@@ -54,8 +54,8 @@ def read(source: SourceFile, symbols: Symbols, diagnostics: Diagnostics) -> Stim
         if scan is None:
             continue
         previous = scan, cells[0].span
-        values = (_value(cell, symbol, diagnostics) for cell, symbol in zip(cells[1:], columns[1:], strict=False))
-        rows[scan] = tuple(v for v in values if v is not None)
+        pairs = zip(cells[1:], columns[1:], strict=False)
+        rows[scan] = tuple(v for cell, symbol in pairs if (v := _value(cell, symbol, diagnostics)) is not None)
     return Stimuli(rows, max(rows, default=-1)) if len(diagnostics) == before else None
 
 
@@ -95,8 +95,8 @@ def _scan_number(cell: _Cell, previous: tuple[int, Span] | None, diagnostics: Di
         label, secondary = "not a whole number from 0", ()
     else:
         label, secondary = "not after the row before", (Label(previous[1], "the row before"),)
-    diagnostics.error("LD0653", f"`{cell.text}` is no scan number here", cell.span, label, secondary=secondary,
-                      help="scans count 0, 1, 2 ...; rows stand in rising order, one for a scan")
+    diagnostics.error("LD0653", f"`{cell.text}` is no scan number here", cell.span, label,
+                      secondary=secondary, help="scans count 0, 1, 2 ...; rows stand in rising order, one for a scan")
     return None
 
 
@@ -108,12 +108,13 @@ def _value(cell: _Cell, symbol: Symbol | None, diagnostics: Diagnostics) -> tupl
     except ValueError as error:
         diagnostics.error("LD0652", f"bad value for `{symbol.path}`: {error}", cell.span,
                           f"not a value of {symbol.type}",
-                          help="values are written `0 1 TRUE FALSE 12 -3 16#FF 1.5 T#20ms`, an empty cell changes nothing")
+                          help="values are written `0 1 TRUE FALSE 12 -3 16#FF 1.5 T#20ms`, an empty cell "
+                               "changes nothing")
     return None
 
 
 def _lines(source: SourceFile) -> list[list[_Cell]]:
-    """The cells of every line that is not empty, with their spans. A quoted cell may hold commas and ``""``."""
+    """The cells of every line that is not empty, with their spans; commas in quotes divide nothing."""
     found = []
     text = source.text
     for number, start in enumerate(source.line_starts, 1):
@@ -128,7 +129,8 @@ def _lines(source: SourceFile) -> list[list[_Cell]]:
             raw = line[at:end]
             bare = raw.strip()
             left = start + at + len(raw) - len(raw.lstrip())
-            value = bare[1:-1].replace('""', '"').strip() if len(bare) > 1 and bare[0] == bare[-1] == '"' else bare
+            quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
+            value = bare[1:-1].replace('""', '"').strip() if quoted else bare
             cells.append(_Cell(value, Span(source, min(left, len(text)), left + len(bare))))
             at = end + 1
         found.append(cells)

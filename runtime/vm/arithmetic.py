@@ -1,11 +1,11 @@
-"""Small functions that generated code calls, and the one table of how integers wrap."""
+"""Small functions that generated code and the stepping interpreter call."""
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
 
-from ldc.types import String, Type, storage
+from ldc.types import String
 from runtime.faults import IndexOutOfRange
 
 
@@ -35,16 +35,6 @@ def modulo(a: int, b: int) -> int:
 def bad_index(offset: int, low: int, high: int) -> int:
     """Raises for an offset from ``low`` that is outside the bounds; never returns."""
     raise IndexOutOfRange(offset + low, low, high)
-
-
-def wrap(value: int, type_: Type) -> int:
-    """``value`` cut to the width of an integer-like type, two's complement."""
-    type_ = storage(type_)
-    low, high = type_.range
-    if low <= value <= high:
-        return value
-    value &= (1 << type_.bits) - 1
-    return value - (1 << type_.bits) if value > high else value
 
 
 def cut(value: bytes | str, type_: String) -> bytes | str:

@@ -44,7 +44,8 @@ class Calls:
 
     def maker(self, type_: Type, initial: Value | None) -> str:
         """A function without arguments that makes an initial value."""
-        return self._named(("make", type_, initial), "make", lambda: lambda: self._memory.fresh(type_, initial))
+        key = ("make", type_, initial)
+        return self._named(key, "make", lambda: partial(self._memory.fresh, type_, initial))
 
     def block(self, pou: str) -> str:
         """The function that runs a function block on an instance."""

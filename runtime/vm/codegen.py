@@ -7,54 +7,33 @@ rung pays for a ``try``. What an unevaluated expression reads is evaluated befor
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place
-from ldc.il.program import Instr, Unit
-from ldc.types import BOOL, REAL, Array, Instance, String, Struct, Type, default, is_scalar, storage
+from ldc.il.program import Instr
+from ldc.types import REAL, Instance, Type, default, is_scalar, storage
 from runtime.vm import expression as ex
-from runtime.vm.calls import Calls
-from runtime.vm.control import JUMPS, Flat, Plan, flatten, plan
+from runtime.vm.access import Access
+from runtime.vm.control import JUMPS, Flat
 from runtime.vm.expression import Expression
-from runtime.vm.layout import Packed, slot
-from runtime.vm.names import Names, Root, constant_offset, is_single, strides
+from runtime.vm.layout import slot
+from runtime.vm.writer import FORGETS, BadCode
 
-LONGEST, DEEPEST, ARITY = 600, 25, 8
-# Instructions that neither use the accumulator nor keep it.
-_FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET"})
-
-
-class BadCode(Exception):
-    """IL that verification should have refused; a bug of the compiler, never of the user."""
+ARITY = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Python text of one function and, per line (from 1), the flat position of the instruction, -1 for none."""
+    """Python text of one function and, per line (from 1), the flat position of its instruction (-1: none)."""
 
     text: str
     lines: tuple[int, ...]
     flat: Flat
 
 
-class Body:
-    """Translates one unit. ``function``: the Python name to define; ``pool``: names shared by all units."""
-
-    def __init__(self, unit: Unit, names: Names, function: str, pool: Calls) -> None:
-        self.unit, self.names, self.pool, self.function = unit, names, pool, function
-        self.flat = flatten(unit)
-        self.plan: Plan = plan(self.flat)
-        self.lines: list[str] = []
-        self.origins: list[int] = []
-        self.indent = 1
-        self.at = -1
-        self.temporaries = 0
-        self.written: set[str] = set()
-        self.acc: Expression | None = None
-        self.stack: list[tuple[str, Expression | None, Type]] = []
-        self.settled: set[str] = set()
-        self.unsettled: set[str] = set()
+class Body(Access):
+    """Translates one unit."""
 
     # ---- the whole function ----------------------------------------------------------------------
 
@@ -118,7 +97,7 @@ class Body:
                 self._segment(segments[at], base)
             if at in flat.labels:
                 self.acc = None
-            elif at in flat.starts and (instr.op in _FORGETS) and not self.stack:
+            elif at in flat.starts and (instr.op in FORGETS) and not self.stack:
                 self.temporaries = 0
             self.at = at
             handlers[instr.op](instr)
@@ -166,170 +145,21 @@ class Body:
         self.indent = base + depths
         self._emit("pass")
 
-    # ---- emitting --------------------------------------------------------------------------------
-
-    def _emit(self, text: str) -> None:
-        self.lines.append(" " * self.indent + text)
-        self.origins.append(self.at)
-
-    def _fresh(self) -> str:
-        self.temporaries += 1
-        return f"t{self.temporaries}"
-
-    def _spill(self, value: Expression) -> Expression:
-        """Evaluates now, into a local that nothing else writes."""
-        value = self._whole(value)
-        name = self._fresh()
-        self._emit(f"{name} = {value.text}")
-        return Expression(name, value.type)
-
-    def _whole(self, value: Expression) -> Expression:
-        return ex.wrapped(value, self._fresh()) if value.unwrapped else value
-
-    def _small(self, value: Expression) -> Expression:
-        """The value, evaluated now when its text is too long or too deep for the Python compiler."""
-        return self._spill(value) if value.depth > DEEPEST or len(value.text) > LONGEST else value
-
-    def _accumulator(self) -> Expression:
-        if self.acc is None:
-            raise BadCode(f"{self.unit.name}: the accumulator is undefined at instruction {self.at}")
-        return self.acc
-
-    def _live(self) -> bool:
-        """Whether the next instruction uses the accumulator."""
-        following = self.at + 1
-        if following >= len(self.flat.code) or following in self.flat.labels:
-            return False
-        instr = self.flat.code[following]
-        return instr.op not in _FORGETS and not (instr.op == "FN" and self.pool.ignores_accumulator(instr.name))
-
-    def _before_store(self, key: str | None) -> None:
-        """Evaluates what reads ``key`` (None: anything that is not a local of ours) and is still needed."""
-        for i, (op, left, type_) in enumerate(self.stack):
-            if left is not None and left.reads and (key is None or key in left.reads):
-                self.stack[i] = (op, self._spill(left), type_)
-        acc = self.acc
-        if acc is not None and acc.reads and (key is None or key in acc.reads) and self._live():
-            self.acc = self._spill(acc)
-
-    def _keep(self) -> Expression:
-        """The accumulator as something that may be written twice."""
-        acc = self._whole(self._accumulator())
-        if not acc.is_atom and self._live():
-            acc = self._spill(acc)
-        self.acc = acc
-        return acc
-
-    # ---- places ----------------------------------------------------------------------------------
-
-    def _use_local(self, text: str) -> None:
-        if text not in self.settled:
-            self.unsettled.add(text)
-
-    def _load(self, operand: Const | Place) -> Expression:
-        if isinstance(operand, Const):
-            return ex.constant(self.pool.rounded(operand), operand.type)
-        root = self.names.root(operand)
-        if root.text.startswith("l_"):
-            self._use_local(root.text)
-        value = Expression(root.text, operand.type, reads=frozenset((root.key,)))
-        if root.packed and not operand.steps:
-            value.depth = 1
-        for step in operand.steps:
-            value = self._step(value, step, operand.type)
-        return value
-
-    def _step(self, value: Expression, step: object, type_: Type) -> Expression:
-        match step:
-            case FieldStep(name):
-                return Expression(f"{value.text}.{slot(name)}", type_, reads=value.reads)
-            case BitStep(bit):
-                text, _ = ex.within(value, ex.BIT_AND)
-                return Expression(f"{text} & {1 << bit} != 0", BOOL, ex.COMPARE, value.reads)
-            case IndexStep():
-                offset = constant_offset(step)
-                if offset is not None:
-                    return Expression(f"{value.text}[{offset}]", type_, reads=value.reads)
-                index = self._offset(step)
-                name = self._fresh()
-                self._emit(f"{name} = {value.text}[{index}]")
-                return Expression(name, type_)
-        raise BadCode(f"no such step: {step!r}")
-
-    def _offset(self, step: IndexStep) -> str:
-        """The checked flat offset as Python text; evaluates the indexes now, in order."""
-        parts = []
-        for index, (low, high), stride in zip(step.indexes, step.bounds, strides(step.bounds), strict=True):
-            operand = index if isinstance(index, Const) else index.place
-            at = self._load(operand)
-            name = self._fresh()
-            shift = f" - {low}" if low > 0 else f" + {-low}" if low else ""
-            text, _ = ex.within(at, ex.SUM)
-            self._emit(f"{name} = {text}{shift}")
-            self._emit(f"if not 0 <= {name} <= {high - low}: _bad_index({name}, {low}, {high})")
-            parts.append(name if stride == 1 else f"{name} * {stride}")
-        return " + ".join(parts)
-
-    def _target(self, place: Place) -> tuple[str, Callable[[str], str] | None]:
-        """What to assign to: ``(python target, None)``, or a function from value text to a statement."""
-        root = self.names.root(place)
-        self._hazard(root, place)
-        if root.text.startswith("l_"):
-            self._settle(root.text, not place.steps)
-        if root.packed and is_single(root.packed):
-            return "", self._packed_store(root.packed, place)
-        if not place.steps:
-            if root.packed:
-                return "", lambda value: f"{root.text}[:] = {value}"
-            if root.cell:
-                self.written.add(root.cell)
-            return root.text, None
-        text = root.text
-        for step in place.steps:
-            match step:
-                case FieldStep(name):
-                    text = f"{text}.{slot(name)}"
-                case IndexStep():
-                    offset = constant_offset(step)
-                    text = f"{text}[{self._offset(step) if offset is None else offset}]"
-                case BitStep(bit):
-                    if root.cell and len(place.steps) == 1:
-                        self.written.add(root.cell)
-                    return "", _bit_store(text, bit)
-        return text, None
-
-    def _hazard(self, root: Root, place: Place) -> None:
-        self._before_store(None if root.shared and place.steps else root.key)
-
-    def _settle(self, local: str, whole: bool) -> None:
-        if whole and local not in self.unsettled and self.indent == 1 and not self.plan.segments:
-            self.settled.add(local)
-        elif local not in self.settled:
-            self.unsettled.add(local)
-
-    def _packed_store(self, home: Packed, place: Place) -> Callable[[str], str]:
-        if place.steps:
-            bit = place.steps[-1].bit
-            at = f"{home.name}[{home.location.byte + bit // 8}]"
-            return _bit_store(at, bit % 8)
-        if home.location.size == "X":
-            return _bit_store(f"{home.name}[{home.location.byte}]", home.location.bit)
-        view = self.names.root(place).text.removesuffix(".get()")
-        return lambda value: f"{view}.set({value})"
-
     # ---- instructions ----------------------------------------------------------------------------
 
     def _handlers(self) -> dict[str, Callable[[Instr], None]]:
         table: dict[str, Callable[[Instr], None]] = {
-            "LD": self._ld, "LDN": self._ld, "ST": self._st, "STN": self._st, "S": self._set, "R": self._set,
-            ")": self._close_parenthesis, "NOT": self._not, "LABEL": self._label, "CAL": self._call,
+            "LD": self._ld, "LDN": self._ld, "ST": self._st, "STN": self._st,
+            "S": self._set, "R": self._set, ")": self._close_parenthesis, "NOT": self._not,
+            "LABEL": self._label, "CAL": self._call,
             "CALC": self._call, "CALCN": self._call, "RET": self._return, "RETC": self._return,
             "RETCN": self._return, "FN": self._function_call,
         }
         table |= dict.fromkeys(JUMPS, self._jump)
         operators = ("AND", "OR", "XOR", "ANDN", "ORN", "XORN", "ADD", "SUB", "MUL", "DIV", "MOD",
                      "GT", "GE", "EQ", "NE", "LE", "LT")
-        return table | dict.fromkeys(operators, self._operator) | {f"{op}(": self._open_parenthesis for op in operators}
+        table |= dict.fromkeys(operators, self._operator)
+        return table | {f"{op}(": self._open_parenthesis for op in operators}
 
     def _ld(self, instr: Instr) -> None:
         value = self._load(instr.operand)
@@ -338,22 +168,6 @@ class Body:
     def _st(self, instr: Instr) -> None:
         value = self._keep()
         self._store(instr.operand, ex.invert(value) if instr.op == "STN" else value)
-
-    def _store(self, place: Place, value: Expression) -> None:
-        target, statement = self._target(place)
-        value = self._cut(self._whole(value), place.type)
-        self._emit(statement(value.text) if statement else f"{target} = {value.text}")
-
-    def _cut(self, value: Expression, type_: Type) -> Expression:
-        """What is stored of the value: strings cut to their variable, aggregates copied."""
-        if isinstance(type_, String):
-            if isinstance(value.type, String) and value.type.length <= type_.length:
-                return value
-            text, depth = ex.within(value, ex.ATOM)
-            return Expression(f"{text}[:{type_.length}]", type_, ex.ATOM, value.reads, depth + 1)
-        if isinstance(type_, Array | Struct):
-            return Expression(f"{self.pool.copier(type_)}({value.text})", type_, ex.ATOM, value.reads, 1)
-        return value
 
     def _set(self, instr: Instr) -> None:
         condition = self._keep()
@@ -402,8 +216,7 @@ class Body:
             sign = "//" if op == "DIV" else "%"
             return self._spill(ex.binary(left, sign, right, ex.PRODUCT, type_))
         name = "_div" if op == "DIV" else "_mod"
-        made = Expression(f"{name}({left.text}, {right.text})", type_, ex.ATOM, left.reads | right.reads, 1, op == "DIV")
-        return self._spill(made)
+        return self._spill(Expression(f"{name}({left.text}, {right.text})", type_, unwrapped=op == "DIV"))
 
     def _rounded(self, value: Expression) -> Expression:
         if storage(value.type) != REAL:
@@ -421,12 +234,6 @@ class Body:
         self._combine(op, left, self._accumulator(), type_)
 
     # ---- control ---------------------------------------------------------------------------------
-
-    def _settle_stack(self) -> None:
-        """Evaluates all deferred operands: what follows may change anything or be skipped."""
-        for i, (op, left, type_) in enumerate(self.stack):
-            if left is not None and (left.reads or not left.is_atom):
-                self.stack[i] = (op, self._spill(left), type_)
 
     def _label(self, instr: Instr) -> None:
         self.acc = None
@@ -448,8 +255,9 @@ class Body:
             self.indent += 1
         if target <= self.at:
             self._emit("_tick()")
-        number = len(self.plan.segments) if target >= len(self.flat.code) else self.plan.segments.index(target)
-        self._emit(f"pc = {number}")
+        past = target >= len(self.flat.code)
+        segments = self.plan.segments
+        self._emit(f"pc = {len(segments) if past else bisect_left(segments, target)}")
         self._emit("continue")
         if condition != "True":
             self.indent -= 1
@@ -510,14 +318,12 @@ class Body:
         """A call of the library's meaning, evaluated now: it may fault."""
         args = [self._whole(a) for a in args]
         name = self.pool.meaning(op, tuple(a.type for a in args), type_)
-        reads = frozenset().union(*(a.reads for a in args))
-        return self._spill(Expression(f"{name}({', '.join(a.text for a in args)})", type_, ex.ATOM, reads, 1))
+        return self._spill(Expression(f"{name}({', '.join(a.text for a in args)})", type_))
 
 
 def _negated(condition: str) -> str:
-    return condition[4:] if condition.startswith("not ") and condition[4:].isidentifier() else f"not ({condition})"
+    if condition.startswith("not ") and condition[4:].isidentifier():
+        return condition[4:]
+    return f"not ({condition})"
 
 
-def _bit_store(target: str, bit: int) -> Callable[[str], str]:
-    mask = 1 << bit
-    return lambda value: f"{target} = {target} | {mask} if {value} else {target} & {~mask}"

@@ -110,7 +110,8 @@ def wrapped(operand: Expression, temporary: str) -> Expression:
         return Expression(f"{text} & {high}", operand.type, BIT_AND, operand.reads, depth)
     if type_.bits < 64:
         text, depth = within(operand, SUM)
-        return Expression(f"({text} + {-low} & {high - low}) - {-low}", operand.type, SUM, operand.reads, depth + 1)
+        text = f"({text} + {-low} & {high - low}) - {-low}"
+        return Expression(text, operand.type, SUM, operand.reads, depth + 1)
     over = f"({temporary} + {-low} & {high - low}) - {-low}"
     text = f"({temporary} if {low} <= ({temporary} := {operand.text}) <= {high} else {over})"
     return Expression(text, operand.type, ATOM, operand.reads, operand.depth + 2)

@@ -18,7 +18,7 @@ from runtime.vm.memory import Memory, read, write
 from runtime.vm.names import strides
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Frame:
     """``path`` is the program instance's name, or the instance as written at the call, for display.
 

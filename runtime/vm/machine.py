@@ -25,7 +25,7 @@ from runtime.vm.symbols import Symbol, Symbols, is_cell
 DEFAULT_TICK = 10_000_000
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Schedule:
     """One task: when it is due, whether it was stopped. Times in nanoseconds."""
 
@@ -38,7 +38,7 @@ class Schedule:
     stopped: bool = False
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Machine:
     """Runs one resource of a program.
 
@@ -109,7 +109,7 @@ class Machine:
             self._late.append((symbol, value))
 
     def feed(self, cells: dict[str, object]) -> None:
-        """Many inputs at once, by the cell that ``Symbol.home`` names; the dictionary is the machine's now."""
+        """Many inputs at once, by the cell that ``Symbol.home`` names; the machine keeps the dictionary."""
         if self.pending:
             self.pending.update(cells)
         else:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ldc.expr import Const, IndexStep, Place
 from ldc.il.program import Unit
 from ldc.symbols import Location
-from ldc.types import Array, Instance, Type
+from ldc.types import Array, Instance
 from runtime.vm.layout import INTRINSIC, Cell, Home, Layout, Packed, slot
 from runtime.vm.memory import packed_name
 
@@ -15,7 +15,7 @@ from runtime.vm.memory import packed_name
 @dataclass(frozen=True, slots=True)
 class Root:
     """A variable in Python: ``text`` reads it, ``key`` names it for hazards. ``packed`` has its own access;
-    ``cell`` is the namespace entry when it is one; ``shared``: a global instance, which code elsewhere changes."""
+    ``cell`` is the namespace entry when it is one; ``shared``: a global instance, changed from elsewhere."""
 
     text: str
     key: str
@@ -31,7 +31,6 @@ class Names:
         self._layout = layout
         self._roots: dict[tuple[str, bool], Root] = {}
         self.kinds = {v.name.upper(): v.kind for v in unit.variables}
-        self.types: dict[str, Type] = {v.name.upper(): v.type for v in unit.variables}
         self._program = program
         self._function = unit.kind == "FUNCTION"
 

@@ -18,7 +18,7 @@ _COMPARE: dict[str, Callable] = {
     "NE": lambda a, b: a != b, "LE": lambda a, b: a <= b, "LT": lambda a, b: a < b}
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Stepper:
     """Steps through the scans of ``machine``; between its scans ``machine.scan()`` may be used as well.
 
@@ -49,7 +49,7 @@ class Stepper:
         return tuple((op, value) for op, value, _, _ in self.frames[-1].deferred) if self.frames else ()
 
     def step(self) -> CodePlace | None:
-        """Executes one instruction, beginning a scan when none is open. The next place; None: the scan has ended."""
+        """Executes one instruction, beginning a scan when none is open. The next place, None at the end."""
         if not self._in_scan:
             self._begin()
         if self.frames:
@@ -169,7 +169,8 @@ class Stepper:
             frame.accumulator = None
         frame.at += 1
 
-    def _apply(self, frame: Frame, op: str, left, left_type: Type, right, right_type: Type, type_: Type) -> None:
+    def _apply(self, frame: Frame, op: str, left, left_type: Type, right, right_type: Type,
+               type_: Type) -> None:
         if op in ("ANDN", "ORN", "XORN"):
             op, right = op[:-1], _inverted(right, right_type)
         if op in COMPARISON:
@@ -213,7 +214,8 @@ class Stepper:
         first = [] if calls.ignores_accumulator(instr.name) else [(frame.accumulator, frame.type)]
         given = first + [(frame.value(a), a.type) for a in instr.args]
         if unit is not None:
-            self.frames.append(enter_function(self.machine.code, unit, self._flat(unit), [v for v, _ in given]))
+            values = [v for v, _ in given]
+            self.frames.append(enter_function(self.machine.code, unit, self._flat(unit), values))
             return
         meaning = calls.meaning_of(instr.name, tuple(t for _, t in given), instr.type)
         frame.accumulator, frame.type = meaning(*(v for v, _ in given)), instr.type

@@ -120,9 +120,10 @@ class Symbols:
 
     def _names(self) -> Iterator[str]:
         single = len(self._layout.programs) == 1
-        for root in (*self._layout.globals.values(), *(r for _, table in self._layout.programs for r in table.values())):
-            if root.variable.kind != "hidden":
-                yield root.variable.name if single else root.path
+        for table in (self._layout.globals, *(table for _, table in self._layout.programs)):
+            for root in table.values():
+                if root.variable.kind != "hidden":
+                    yield root.variable.name if single else root.path
 
     def _walk(self, path: str, root: Root, rest: list) -> Symbol:
         type_, keys, bit = root.variable.type, [], None
@@ -176,14 +177,16 @@ class Symbols:
             yield Symbol(path, type_, home, keys, None, area)
         elif isinstance(type_, Array):
             for offset, index in enumerate(_indexes(type_)):
-                yield from self._leaves(f"{path}[{index}]", type_.element, home, (*keys, offset), area, hidden)
+                inside = (*keys, offset)
+                yield from self._leaves(f"{path}[{index}]", type_.element, home, inside, area, hidden)
         elif isinstance(type_, Struct):
             for f in type_.fields:
                 yield from self._leaves(f"{path}.{f.name}", f.type, home, (*keys, slot(f.name)), area, hidden)
         else:
             for v in self._layout.units[type_.pou.upper()].variables:
                 if has_state(v) and (hidden or v.kind != "hidden"):
-                    yield from self._leaves(f"{path}.{v.name}", v.type, home, (*keys, slot(v.name)), area, hidden)
+                    inside = (*keys, slot(v.name))
+                    yield from self._leaves(f"{path}.{v.name}", v.type, home, inside, area, hidden)
 
 
 def _hint(name: str, known: Iterable[str]) -> str:
