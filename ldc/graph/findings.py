@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 
 from ldc.diagnostics import Diagnostics, Label
 from ldc.graph.rung import RAIL, JunctionUse, RungGraph
@@ -75,10 +76,14 @@ def never_fed(graph: RungGraph, net: Net, diagnostics: Diagnostics) -> None:
     uses = [use.span for use in graph.junctions if use.net == net]
     users = [graph.elements[user].span for user in graph.outgoing[net]]
     first, *others = uses or users
+    fed = {use.name for use in graph.junctions if graph.incoming[use.net]}
+    similar = get_close_matches(graph.net_names[net], sorted(fed), 1)
+    help = f"did you mean `@{similar[0]}`?" if similar else (
+        "let a path end at this junction, or begin the path at the left rail")
     diagnostics.error(
         "LD0305", f"no power comes to {_net(graph, net)}", first, "nothing feeds this net",
         secondary=_labels([*others, *(users if uses else ())], "waits for it"),
-        help="let a path end at this junction, or begin the path at the left rail")
+        help=help)
 
 
 def single_use(use: JunctionUse, diagnostics: Diagnostics) -> None:
@@ -139,7 +144,7 @@ def bridge(graph: RungGraph, kept: Sequence[Net], diagnostics: Diagnostics) -> N
     count = f"{len(kept)} temporar{'y' if len(kept) == 1 else 'ies'}"
     named = [use.span for use in graph.junctions if use.net in set(kept)]
     diagnostics.note(
-        "LD0315", f"the rung is not series-parallel: compiled through {count}", graph.span, "",
+        "LD0315", f"the rung is not series-parallel in its drawing order: compiled through {count}", graph.span, "",
         secondary=_labels(named, "kept in a temporary"),
         help="nothing needs to be done; a rung drawn with branches only needs no temporary")
 

@@ -29,6 +29,16 @@ def schedule(graph: RungGraph) -> tuple[Turn, ...]:
     return _Schedule(graph).run()
 
 
+def has_loop(graph: RungGraph) -> bool:
+    """Whether some elements wait for each other."""
+    if graph.in_order:
+        return False
+    trial = _Schedule(graph)
+    while trial.ready:
+        trial.take(heappop(trial.ready), ())
+    return len(trial.turns) < len(graph.elements)
+
+
 class _Schedule:
     def __init__(self, graph: RungGraph) -> None:
         self.graph = graph

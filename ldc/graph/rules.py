@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
 from ldc.graph import findings
+from ldc.graph.order import has_loop
 from ldc.graph.rung import RAIL, RungGraph
-from ldc.graph.tree import SPTree, Tap
-from ldc.graph.walk import TAP, operations
+from ldc.graph.tree import SPTree
 from ldc.library import functions
 from ldc.model.elements import Block, Contact, Jump, Net
 from ldc.types import BOOL, Elementary, String, Type, storage
@@ -22,10 +22,11 @@ def check(graph: RungGraph, diagnostics: Diagnostics) -> bool:
         return False
     rules = _Rules(graph, diagnostics)
     rules.elements()
+    bridged = not rules.ok
     rules.nets()
     rules.values()
     rules.junctions()
-    if not graph.in_order:
+    if not bridged and has_loop(graph):
         rules.loops()
     return rules.ok
 
@@ -162,12 +163,8 @@ def _reached(graph: RungGraph) -> set[int]:
 
 
 def note_bridge(graph: RungGraph, tree: SPTree, diagnostics: Diagnostics) -> None:
-    """Tells that a rung is not series-parallel and how many temporaries that costs; nothing when it
-    needs none but the memories of its loops."""
+    """Tells that a rung is not series-parallel and how many temporaries that costs. Nothing for a rung
+    with a loop: ``check`` told about that."""
     kept = {step.net for step in tree.steps if step.net is not None}
-    if not kept:
-        return
-    remembered = {what.net for step in tree.steps for op, what in operations(step.tree)
-                  if op == TAP and isinstance(what, Tap) and what.previous}
-    if kept := sorted(kept - remembered):
-        findings.bridge(graph, kept, diagnostics)
+    if kept and not tree.previous:
+        findings.bridge(graph, sorted(kept), diagnostics)

@@ -52,6 +52,8 @@ def _givers(graph: RungGraph, plan: Plan) -> dict[Net, list[int]]:
 
 def misplaced(graph: RungGraph, turns: Sequence[Turn], order: Sequence[int]) -> list[int]:
     """The fewest elements of ``order`` without which the rest is in an order equivalent to ``turns``."""
+    if list(order) == [turn.element for turn in turns]:
+        return []
     slots = _slots(graph, turns)
     places = [slots[index] for index in order]
     if all(a <= b for a, b in zip(places, places[1:])):
