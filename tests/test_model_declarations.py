@@ -140,6 +140,12 @@ def test_a_declaration_that_did_not_parse_silences_unknown_names() -> None:
     assert found.codes and all(code.startswith("LD01") for code in found.codes), found.text
 
 
+def test_a_declaration_that_did_not_parse_silences_its_own_pou_only() -> None:
+    fb = "FUNCTION_BLOCK fb VAR_INPUT go : BOOL; x : := INT; END_VAR RUNG [x] (y) END_FUNCTION_BLOCK"
+    found = modelled(program("f : fb; a : BOOL;", "RUNG [b] <f: fb(x := 1) out=_>", fb))
+    assert [code for code in found.codes if not code.startswith("LD01")] == ["LD0404"], found.text
+
+
 def test_a_rung_that_did_not_parse_silences_labels_but_not_names() -> None:
     found = modelled(program("a : BOOL;", "RUNG one [a (a)\nRUNG [a] >>one\nRUNG [b] (a)"))
     assert [code for code in found.codes if not code.startswith("LD01")] == ["LD0404"]

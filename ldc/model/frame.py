@@ -239,7 +239,9 @@ class Frame:
         return self.parent.variable(key) if self.parent is not None else None
 
     def silent(self, key: str) -> bool:
-        if key in self.broken or key in self.owner.types.broken or self.owner.incomplete:
+        if self.owner.incomplete or key in self.owner.types.broken:
+            return True
+        if key in self.broken or "*" in self.broken:
             return True
         return self.parent is not None and self.parent.silent(key)
 

@@ -62,8 +62,8 @@ class Model:
     a value of that name, with its number.
 
     For silence about what was reported already: ``broken`` are names whose declaration failed, by POU
-    ("" for globals, types and POUs); ``incomplete``: a declaration was not even understood;
-    ``damaged``: POUs that lost rungs.
+    ("" for globals, types and POUs), ``*`` among them when a declaration was not even understood;
+    ``incomplete``: something outside of the POUs was not; ``damaged``: POUs that lost rungs.
     """
 
     pous: dict[str, Pou]

@@ -53,7 +53,7 @@ class _Resolver:
             for pou in file.pous:
                 if self._claim(pou.name, pou.name_span, "POU"):
                     self._pous[pou.name.upper()] = pou
-        self.incomplete, self._damaged = _what_is_missing(self._pous, diagnostics)
+        self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
         self.types = TypeTable(declared, kinds, diagnostics)
         self.configurations = [c for file in project.files for c in file.configurations]
@@ -120,6 +120,8 @@ class _Resolver:
         if node is None or key in self._frames:
             return None
         frame = self._frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals)
+        if key in self._torn:
+            frame.broken.add("*")
         variables = frame.build()
         pins = {kind: tuple(v for v in variables.values() if v.kind == kind) for kind in _PINS}
         result = self._result(node, frame)
@@ -171,21 +173,31 @@ def _global_blocks(project: ast.Project, configurations: list[ast.Configuration]
     return found
 
 
-def _what_is_missing(pous: dict[str, ast.Pou], diagnostics: Diagnostics) -> tuple[bool, frozenset[str]]:
-    """Whether declarations were lost to syntax errors, and the POUs that lost only rungs."""
-    incomplete, damaged = False, set()
+def _what_is_missing(
+    pous: dict[str, ast.Pou], diagnostics: Diagnostics
+) -> tuple[bool, frozenset[str], frozenset[str]]:
+    """What syntax errors took away: whether anything outside of POUs, the POUs that lost declarations,
+    and those that lost rungs."""
+    incomplete, torn, damaged = False, set(), set()
     for diagnostic in diagnostics:
         if not diagnostic.code.startswith("LD01") or diagnostic.severity is not Severity.ERROR:
             continue
         at = diagnostic.primary.span if diagnostic.primary is not None else None
-        around = next((key for key, pou in pous.items() if at is not None and _in_body(pou, at)), None)
+        around = next((key for key, pou in pous.items() if at is not None and _within(pou.span, at)), None)
         if around is None:
             incomplete = True
-        else:
+        elif _in_body(pous[around], at):
             damaged.add(around)
-    return incomplete, frozenset(damaged)
+        else:
+            torn.add(around)
+    return incomplete, frozenset(torn), frozenset(damaged)
+
+
+def _within(outer: Span, at: Span) -> bool:
+    return at.source is outer.source and outer.start <= at.start < outer.end
 
 
 def _in_body(pou: ast.Pou, at: Span) -> bool:
-    start = max((block.span.end for block in pou.var_blocks), default=pou.name_span.end)
-    return at.source is pou.span.source and max(start, pou.body.span.start) <= at.start < pou.span.end
+    """A body may begin with rungs that were not understood, so the declarations decide."""
+    declared = max((block.span.end for block in pou.var_blocks), default=pou.name_span.end)
+    return at.start >= max(declared, pou.body.span.start)

@@ -78,12 +78,14 @@ class Scope:
         return found
 
     def silent(self, key: str) -> bool:
-        broken = self.model.broken
-        return self.model.incomplete or key in broken.get(self.pou.upper(), ()) or key in broken.get("", ())
+        if self.model.incomplete or key in self.model.broken.get("", ()):
+            return True
+        own = self.model.broken.get(self.pou.upper(), ())
+        return key in own or "*" in own
 
     def silent_pin(self, pou: str, key: str) -> bool:
         broken = self.model.broken.get(pou, ())
-        return key in broken if key else bool(broken)
+        return key in broken or "*" in broken if key else bool(broken)
 
     def type_named(self, key: str) -> Type | None:
         return self.model.types.get(key)
