@@ -27,8 +27,17 @@ class Assembler:
     def place(self, text: str) -> Place:
         if text[0] == "%":
             at = Location.parse(text)
-            type_ = TIME if text == "%NOW" else BOOL if at is None else ELEMENTARY[
-                {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}[at.size]]
+            type_ = (
+                TIME
+                if text == "%NOW"
+                else (
+                    BOOL
+                    if at is None
+                    else ELEMENTARY[
+                        {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}[at.size]
+                    ]
+                )
+            )
             return Place(text, type_, is_global=True)
         root = re.match(r"\w+", text)[0]
         is_global = root.upper() not in self.local or self.local[root.upper()].kind == "external"
@@ -37,7 +46,9 @@ class Assembler:
         for match in _PART.finditer(text, len(root)):
             if match[2]:
                 indexes = tuple(self.operand(i.strip()) for i in match[2].split(","))
-                steps.append(IndexStep(tuple(i if isinstance(i, Const) else Load(i) for i in indexes), type_.bounds))
+                steps.append(
+                    IndexStep(tuple(i if isinstance(i, Const) else Load(i) for i in indexes), type_.bounds)
+                )
                 type_ = type_.element
             elif match[1].isdigit():
                 steps.append(BitStep(int(match[1])))
@@ -59,8 +70,14 @@ class Assembler:
         value, mark, name = text.rpartition(":")
         if mark:
             type_ = ELEMENTARY[name]
-            return Const(eval(value) if type_.name in ("STRING", "WSTRING") else
-                         float(value) if type_.kind == "real" else int(value), type_)
+            return Const(
+                (
+                    eval(value)
+                    if type_.name in ("STRING", "WSTRING")
+                    else float(value) if type_.kind == "real" else int(value)
+                ),
+                type_,
+            )
         if re.fullmatch(r"-?\d+", text):
             return Const(int(text), ELEMENTARY["INT"])
         return self.place(text)

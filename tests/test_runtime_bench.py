@@ -13,7 +13,9 @@ INPUTS = [var(f"i{n}", at=f"%IX{n // 8}.{n % 8}") for n in range(70)]
 
 
 def machine(*more) -> Machine:
-    code = "LD i0; AND i1; ORN i69; ST q; LD q; AND( i5; XOR i6; ); ST r; LD n; ADD 1; ST n; LD i0; JMPCN no; LD h; ADD 1; ST h; LABEL no"
+    code = """LD i0; AND i1; ORN i69; ST q; LD q; AND( i5; XOR i6; ); ST r
+        LD n; ADD 1; ST n
+        LD i0; JMPCN no; LD h; ADD 1; ST h; LABEL no"""
     return Machine(simple([*INPUTS, var("q"), var("r"), var("n", INT), var("h", INT), *more], code))
 
 
@@ -33,7 +35,9 @@ def test_flip_inverts_one_input_after_the_other() -> None:
     assert m.get("i0") and m.get("i1") and not any(m.get(f"i{n}") for n in range(2, 70))
     m = machine()
     bench(m, 6, "flip", batches=1, scans=36)
-    assert not m.get("i0") and not m.get("i1") and all(m.get(f"i{n}") for n in range(2, 70)) and m.get("h") == 70
+    assert (
+        not m.get("i0") and not m.get("i1") and all(m.get(f"i{n}") for n in range(2, 70)) and m.get("h") == 70
+    )
 
 
 def test_random_sets_all_inputs_from_the_bits_of_xorshift64() -> None:

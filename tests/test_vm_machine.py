@@ -1,4 +1,4 @@
-"""The scan cycle: inputs, tasks, time, symbol paths, process image, faults and safe values."""
+"""The scan cycle: inputs, tasks, time, symbol paths, process image, checksum."""
 
 from __future__ import annotations
 
@@ -9,7 +9,23 @@ from il_build import program, simple, unit, var
 
 from ldc.expr import Place
 from ldc.il.program import Run, Task
-from ldc.types import BYTE, DINT, DWORD, INT, REAL, TIME, USINT, WORD, Array, Enum, Field, Instance, String, Struct, Subrange
+from ldc.types import (
+    BYTE,
+    DINT,
+    DWORD,
+    INT,
+    REAL,
+    TIME,
+    USINT,
+    WORD,
+    Array,
+    Enum,
+    Field,
+    Instance,
+    String,
+    Struct,
+    Subrange,
+)
 from runtime.vm.machine import Machine
 from runtime.vm.symbols import UnknownSymbol
 
@@ -34,10 +50,24 @@ def test_variables_at_one_address_are_one_variable() -> None:
 
 
 def test_addresses_of_different_width_overlap_bit_by_bit() -> None:
-    names = [var("x", at="%IX1.3"), var("whole", BYTE, at="%IB1"), var("w", INT, at="%QW0"), var("bits", WORD, at="%QW0"),
-             var("top", at="%QX1.7"), var("low", USINT, at="%QB0"), var("q"), var("r", REAL, at="%MD1"),
-             var("raw", DWORD, at="%MD1"), var("d", DINT, at="%MD2", initial=-2), var("half", WORD, at="%MW5")]
-    rungs = ("LD x; ST q; LD -2; ST w", "LD 1.5:REAL; ST r", "LD FALSE; R top; LD x; R top; LD TRUE; ST bits.8")
+    names = [
+        var("x", at="%IX1.3"),
+        var("whole", BYTE, at="%IB1"),
+        var("w", INT, at="%QW0"),
+        var("bits", WORD, at="%QW0"),
+        var("top", at="%QX1.7"),
+        var("low", USINT, at="%QB0"),
+        var("q"),
+        var("r", REAL, at="%MD1"),
+        var("raw", DWORD, at="%MD1"),
+        var("d", DINT, at="%MD2", initial=-2),
+        var("half", WORD, at="%MW5"),
+    ]
+    rungs = (
+        "LD x; ST q; LD -2; ST w",
+        "LD 1.5:REAL; ST r",
+        "LD FALSE; R top; LD x; R top; LD TRUE; ST bits.8",
+    )
     machine = Machine(simple(names, *rungs))
     assert machine.get("half") == 0xFFFF
     machine.set("whole", 8)
@@ -52,9 +82,19 @@ def test_addresses_of_different_width_overlap_bit_by_bit() -> None:
 
 
 def test_a_located_array_overlaps_its_bits() -> None:
-    names = [var("row", Array(((1, 3),), INT), at="%MW0"), var("b", at="%MX3.0"), var("i", INT, initial=2),
-             var("copy", Array(((1, 3),), INT)), var("q", INT)]
-    machine = Machine(simple(names, "LD TRUE; ST b; LD row[i]; ST q; ST row[3]; LD row; ST copy; LD 5; ST copy[1]; LD copy; ST row"))
+    names = [
+        var("row", Array(((1, 3),), INT), at="%MW0"),
+        var("b", at="%MX3.0"),
+        var("i", INT, initial=2),
+        var("copy", Array(((1, 3),), INT)),
+        var("q", INT),
+    ]
+    machine = Machine(
+        simple(
+            names,
+            "LD TRUE; ST b; LD row[i]; ST q; ST row[3]; LD row; ST copy; LD 5; ST copy[1]; LD copy; ST row",
+        )
+    )
     machine.scan()
     assert [machine.get(n) for n in ("q", "row[1]", "row[2]", "row[3]", "copy[2]")] == [256, 5, 256, 256, 256]
 
@@ -69,8 +109,12 @@ def test_direct_addresses_need_no_declaration() -> None:
 
 
 def clocked(name: str, *locals_) -> object:
-    return unit("PROGRAM", name, [var("n", INT), var("at", TIME), var("first", INT), *locals_],
-                "LD n; ADD 1; ST n; LD %NOW; ST at; LD %FIRST_SCAN; JMPCN no; LD first; ADD 1; ST first; LABEL no")
+    return unit(
+        "PROGRAM",
+        name,
+        [var("n", INT), var("at", TIME), var("first", INT), *locals_],
+        "LD n; ADD 1; ST n; LD %NOW; ST at; LD %FIRST_SCAN; JMPCN no; LD first; ADD 1; ST first; LABEL no",
+    )
 
 
 def test_time_begins_at_zero_and_goes_by_the_period() -> None:
@@ -99,10 +143,24 @@ def test_tasks_run_by_interval_and_the_tick_is_their_common_divisor() -> None:
 
 def test_tasks_go_by_priority_then_interval_then_declaration() -> None:
     log = var("log", INT, kind="global")
+
     def logger(name: str, digit: int):
-        return unit("PROGRAM", name, [var("log", INT, kind="external")], f"LD log; MUL 10; ADD {digit}; ST log", globals_=[log])
+        return unit(
+            "PROGRAM",
+            name,
+            [var("log", INT, kind="external")],
+            f"LD log; MUL 10; ADD {digit}; ST log",
+            globals_=[log],
+        )
+
     units = [logger(f"p{i}", i) for i in range(1, 6)]
-    tasks = (Task("t1", 20 * MS, 1), Task("t2", None, 1), Task("t3", None, 0), Task("t4", 10 * MS, 1), Task("t5", 10 * MS, 9))
+    tasks = (
+        Task("t1", 20 * MS, 1),
+        Task("t2", None, 1),
+        Task("t3", None, 0),
+        Task("t4", 10 * MS, 1),
+        Task("t5", 10 * MS, 9),
+    )
     runs = tuple(Run(f"r{i}", f"p{i}", f"t{i}") for i in range(1, 6))
     machine = Machine(program(*units, globals_=[log], tasks=tasks, runs=runs))
     machine.scan()
@@ -111,10 +169,19 @@ def test_tasks_go_by_priority_then_interval_then_declaration() -> None:
 
 def test_a_single_task_runs_at_the_rising_edge() -> None:
     go = var("go", kind="global")
-    tasks = (Task("event", None, 0, Place("go", go.type, is_global=True)),
-             Task("both", 20 * MS, 1, Place("go", go.type, is_global=True)))
-    machine = Machine(program(clocked("main"), globals_=[go], tasks=tasks,
-                              runs=(Run("e", "main", "event"), Run("b", "main", "both"))), period_ns=10 * MS)
+    tasks = (
+        Task("event", None, 0, Place("go", go.type, is_global=True)),
+        Task("both", 20 * MS, 1, Place("go", go.type, is_global=True)),
+    )
+    machine = Machine(
+        program(
+            clocked("main"),
+            globals_=[go],
+            tasks=tasks,
+            runs=(Run("e", "main", "event"), Run("b", "main", "both")),
+        ),
+        period_ns=10 * MS,
+    )
     seen = []
     for value in (0, 1, 1, 1, 0, 0, 0, 1, 0):
         machine.set("go", value)
@@ -127,31 +194,89 @@ COLOUR = Enum("colour", (("red", 0), ("amber", 5), ("green", 6)))
 
 
 def test_symbol_paths() -> None:
-    block = unit("FUNCTION_BLOCK", "ramp", [var("IN", kind="input"), var("Q", kind="output"), var("_ldc_m", kind="hidden"),
-                                            var("tmp", kind="temp")])
+    block = unit(
+        "FUNCTION_BLOCK",
+        "ramp",
+        [
+            var("IN", kind="input"),
+            var("Q", kind="output"),
+            var("_ldc_m", kind="hidden"),
+            var("tmp", kind="temp"),
+        ],
+    )
     shape = Struct("shape", (Field("size", Array(((1, 2),), REAL)), Field("colour", COLOUR)))
-    main = unit("PROGRAM", "main", [var("warm", Instance("RAMP")), var("s", shape), var("m", Array(((0, 1), (1, 2)), INT)),
-                                    var("w", WORD), var("name", String("STRING", 4)), var("sub", Subrange("", INT, 1, 9)),
-                                    var("level", INT, kind="external")], units=[block])
+    main = unit(
+        "PROGRAM",
+        "main",
+        [
+            var("warm", Instance("RAMP")),
+            var("s", shape),
+            var("m", Array(((0, 1), (1, 2)), INT)),
+            var("w", WORD),
+            var("name", String("STRING", 4)),
+            var("sub", Subrange("", INT, 1, 9)),
+            var("level", INT, kind="external"),
+        ],
+        units=[block],
+    )
     machine = Machine(program(block, main, globals_=[var("level", INT, kind="global", initial=4)]))
     assert [p for p, _ in machine.paths()] == [
-        "level", "main.warm.IN", "main.warm.Q", "main.s.size[1]", "main.s.size[2]", "main.s.colour",
-        "main.m[0,1]", "main.m[0,2]", "main.m[1,1]", "main.m[1,2]", "main.w", "main.name", "main.sub"]
+        "level",
+        "main.warm.IN",
+        "main.warm.Q",
+        "main.s.size[1]",
+        "main.s.size[2]",
+        "main.s.colour",
+        "main.m[0,1]",
+        "main.m[0,2]",
+        "main.m[1,1]",
+        "main.m[1,2]",
+        "main.w",
+        "main.name",
+        "main.sub",
+    ]
     machine.set("WARM.q", "TRUE"), machine.set("main.S.Size[2]", "1.5"), machine.set("s.colour", "Green")
-    machine.set("m[1,1]", "16#F"), machine.set("name", "Grüße"), machine.set("level", 5), machine.set("sub", 3)
-    got = [machine.get(p) for p in ("Main.Warm.Q", "s.size[2]", "s.colour", "m[1, 1]", "name", "LEVEL", "main.sub")]
+    machine.set("m[1,1]", "16#F"), machine.set("name", "Grüße"), machine.set("level", 5), machine.set(
+        "sub", 3
+    )
+    got = [
+        machine.get(p)
+        for p in ("Main.Warm.Q", "s.size[2]", "s.colour", "m[1, 1]", "name", "LEVEL", "main.sub")
+    ]
     assert got == [True, 1.5, 6, 15, "Grüß", 5, 3]
     assert machine.get("warm._ldc_m") is False
 
 
-@pytest.mark.parametrize("path, message", [
-    ("wram.Q", "did you mean `warm`"), ("warm.X", "ramp has no `X`"), ("warm", "name one value in it"), ("m[5]", "takes 2"),
-    ("a[9]", "9 is outside 0..1"), ("w.16", "no such part"), ("a.b", "has no"), ("", "no name"), ("a[", "no name"),
-    ("%QX0.0", "nothing at"), ("warm.tmp", "has no `tmp`"), ("a..b", "no name"), ("other.warm", "no variable")])
+@pytest.mark.parametrize(
+    "path, message",
+    [
+        ("wram.Q", "did you mean `warm`"),
+        ("warm.X", "ramp has no `X`"),
+        ("warm", "name one value in it"),
+        ("m[5]", "takes 2"),
+        ("a[9]", "9 is outside 0..1"),
+        ("w.16", "no such part"),
+        ("a.b", "has no"),
+        ("", "no name"),
+        ("a[", "no name"),
+        ("%QX0.0", "nothing at"),
+        ("warm.tmp", "has no `tmp`"),
+        ("a..b", "no name"),
+        ("other.warm", "no variable"),
+    ],
+)
 def test_unknown_symbols_say_why(path: str, message: str) -> None:
     block = unit("FUNCTION_BLOCK", "ramp", [var("Q", kind="output"), var("tmp", kind="temp")])
-    main = unit("PROGRAM", "main", [var("warm", Instance("ramp")), var("w", WORD), var("m", Array(((0, 1), (1, 2)), INT)),
-                                    var("a", Array(((0, 1),), INT))])
+    main = unit(
+        "PROGRAM",
+        "main",
+        [
+            var("warm", Instance("ramp")),
+            var("w", WORD),
+            var("m", Array(((0, 1), (1, 2)), INT)),
+            var("a", Array(((0, 1),), INT)),
+        ],
+    )
     with pytest.raises(UnknownSymbol, match=message.replace("`", ".")):
         Machine(program(block, main)).get(path)
 
@@ -162,89 +287,15 @@ def test_values_that_do_not_fit_are_refused(value) -> None:
         Machine(simple([var("a")])).set("a", value)
 
 
-def faulty() -> Machine:
-    block = unit("FUNCTION_BLOCK", "half", [var("n", INT, kind="input"), var("by", INT, kind="input"), var("r", INT, kind="output")],
-                 ("calm", "LD n; ST r"), ("split", "LD 1; DIV by; ST r"))
-    bad = unit("PROGRAM", "bad", [var("h", Instance("half")), var("d", INT, initial=2), var("out", at="%QX0.0"),
-                                  var("speed", INT, at="%QW2"), var("lamp", at="%QX0.1"), var("n", INT)],
-               ("write", "LD TRUE; ST out; ST %QX0.7; LD 7; ST speed; LD n; ADD 1; ST n"), ("call", "LD d; ST h.by; CAL h"),
-               ("after", "LD TRUE; ST lamp"), units=[block])
-    good = unit("PROGRAM", "good", [var("n", INT), var("other", at="%QX0.2")], "LD n; ADD 1; ST n; LD TRUE; ST other")
-    return Machine(program(block, bad, good, tasks=(Task("t1"), Task("t2")), safe=(("bad.speed", 3), ("%QX0.1", True)),
-                           runs=(Run("bad", "bad", "t1"), Run("good", "good", "t2"))))
-
-
-def test_a_fault_stops_its_task_and_makes_its_outputs_safe() -> None:
-    machine = faulty()
-    machine.scan()
-    assert not machine.faults and machine.get("bad.speed") == 7
-    machine.set("bad.d", 0)
-    for _ in range(3):
-        machine.scan()
-    fault, = machine.faults
-    assert (fault.code, fault.task, fault.place.pou, fault.place.rung, fault.place.instruction, fault.scan) \
-        == ("LD0801", "t1", "half", "split", 1, 1)
-    assert [(p.pou, p.rung, p.instruction) for p in fault.calls] == [("bad", "call", 2)]
-    assert "division by zero" in fault.diagnostic().message and "t1" in fault.diagnostic().message
-    assert [machine.get(n) for n in ("bad.out", "%QX0.7", "bad.speed", "bad.lamp", "bad.n")] == [False, False, 3, True, 2]
-    assert machine.get("good.n") == 4 and machine.get("good.other") is True
-
-
-def test_an_output_stays_safe_when_another_task_writes_it() -> None:
-    bad = unit("PROGRAM", "bad", [var("out", at="%QX0.0"), var("n", INT)], "LD TRUE; ST out; LD 1; DIV n; ST n")
-    good = unit("PROGRAM", "good", [var("out", at="%QX0.0")], "LD TRUE; ST out")
-    machine = Machine(program(bad, good, tasks=(Task("t1"), Task("t2")),
-                              runs=(Run("bad", "bad", "t1"), Run("good", "good", "t2"))))
-    machine.scan()
-    assert machine.get("%QX0.0") is False
-    machine.scan()
-    assert machine.get("%QX0.0") is False
-
-
-@pytest.mark.parametrize("code, at", [("LD r; DIV s; ST r", 1), ("LD r; ADD( r; DIV s; ); ST r", 2), ("LD n; MOD z; ST n", 1),
-                                      ("LD n; FN DIV:INT z; ST n", 1), ("LD t; DIV u; ST t", 1)])
-def test_every_division_by_zero_is_a_fault(code: str, at: int) -> None:
-    names = [var("r", REAL, initial=1.0), var("s", REAL), var("n", INT, initial=1), var("z", INT), var("t", TIME, initial=5),
-             var("u", TIME)]
-    machine = Machine(simple(names, code))
-    machine.scan()
-    assert [(f.code, f.place.instruction) for f in machine.faults] == [("LD0801", at)]
-
-
-@pytest.mark.parametrize("index", [-1, 0, 4, 32767, -32768])
-@pytest.mark.parametrize("code", ["LD a[i]; ST n", "LD 1; ST a[i]"])
-def test_an_index_out_of_range_is_a_fault(code: str, index: int) -> None:
-    names = [var("a", Array(((1, 3),), INT)), var("i", INT, initial=index), var("n", INT)]
-    machine = Machine(simple(names, ("calm", "LD 5; ST n"), ("wild", code)))
-    machine.scan()
-    fault, = machine.faults
-    assert fault.code == "LD0802" and f"index {index} is outside 1..3" in fault.message
-    assert fault.place.rung == "wild" and fault.place.instruction == code.startswith("LD 1")
-
-
-def test_a_store_that_is_not_made_checks_no_index() -> None:
-    machine = Machine(simple([var("a", Array(((1, 3),), var("x").type)), var("i", INT), var("go")], "LD go; S a[i]"))
-    machine.scan()
-    assert not machine.faults
-    machine.set("go", 1)
-    machine.scan()
-    assert machine.faults
-
-
-def test_the_watchdog_ends_an_endless_loop() -> None:
-    source = simple([var("n", DINT)], ("loop", "LD n; ADD 1:DINT; ST n; JMP loop", "loop"),
-                    tasks=(Task("main", watchdog=100),))
-    machine = Machine(source)
-    machine.scan()
-    fault, = machine.faults
-    assert fault.code == "LD0803" and machine.get("n") == 101 and fault.place.rung == "loop"
-    machine.scan()
-    assert machine.get("n") == 101 and machine.scans == 2
-
-
 def test_the_checksum_tells_states_apart_and_nothing_else() -> None:
     def machine(order: str) -> Machine:
-        return Machine(simple([var(n, INT) for n in order] + [var("r", REAL), var("_ldc_e", kind="hidden")], "LD a; ADD 1; ST a"))
+        return Machine(
+            simple(
+                [var(n, INT) for n in order] + [var("r", REAL), var("_ldc_e", kind="hidden")],
+                "LD a; ADD 1; ST a",
+            )
+        )
+
     one, two = machine("ab"), machine("BA")
     assert one.checksum() == two.checksum()
     one.scan()

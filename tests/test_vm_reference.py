@@ -54,7 +54,8 @@ RUNG [c] <half(n := level, odd => odd, OUT => speed)> (N s)
 RUNG skip [d] [/a] >>after
 RUNG [level >= 0] [level < 4] <MOVE(IN := level + 1, OUT => rows[level])> (spot.lit)
 RUNG <DIV(IN1 := 12, IN2 := rows[1], OUT => spot.x)> (ok)
-RUNG after <latch: SR(R := b)> { (u) | [latch.Q1] [/c] <MUL(IN1 := REAL#1.1, IN2 := INT_TO_REAL(level), OUT => real_)> }
+RUNG after <latch: SR(R := b)> { (u)
+    | [latch.Q1] [/c] <MUL(IN1 := REAL#1.1, IN2 := INT_TO_REAL(level), OUT => real_)> }
 RUNG [a] [b] [c] >>RETURN
 RUNG [d] <fall: F_TRIG()> (S q)
 END_PROGRAM
@@ -62,7 +63,9 @@ END_PROGRAM
 
 
 def built(text: str) -> pipeline.Compiled:
-    result = pipeline.compile_project(Sources((SourceFile("main.ld", text),), Settings(), None), pipeline.Options(verify=False))
+    result = pipeline.compile_project(
+        Sources((SourceFile("main.ld", text),), Settings(), None), pipeline.Options(verify=False)
+    )
     errors = [f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error"]
     assert all(e.startswith("LD03") for e in errors), errors
     return result
@@ -87,7 +90,7 @@ def held(result: pipeline.Compiled, random: Random, scans: int) -> None:
 
 
 def of_standard_block(path: str, oracle: ReferenceMachine) -> bool:
-    """Whether the variable is one that a standard block keeps inside, where the models have something else."""
+    """Whether a standard block keeps the variable inside, where its model has something else."""
     try:
         oracle.get(path)
     except (LookupError, AttributeError):

@@ -14,30 +14,117 @@ from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
 
 POINT = Struct("point", (Field("x", INT), Field("on", var("_").type)))
-BLOCK = unit("FUNCTION_BLOCK", "acc", [var("IN", kind="input"), var("D", INT, kind="input"), var("N", INT, kind="output"),
-                                       var("Q", kind="output"), var("k", INT, kind="temp")],
-             "LD IN; ANDN Q; JMPCN out; LD N; ADD D; ST k; DIV D; ST N; LABEL out; LD IN; ST Q")
-FUNCTION = unit("FUNCTION", "twice", [var("n", INT, kind="input"), var("odd", kind="output"), var("k", INT)],
-                "LD n; MOD 2; NE 0; ST odd; LD k; ADD n; ADD n; ST twice; RETC; ST k", result=INT)
+BLOCK = unit(
+    "FUNCTION_BLOCK",
+    "acc",
+    [
+        var("IN", kind="input"),
+        var("D", INT, kind="input"),
+        var("N", INT, kind="output"),
+        var("Q", kind="output"),
+        var("k", INT, kind="temp"),
+    ],
+    "LD IN; ANDN Q; JMPCN out; LD N; ADD D; ST k; DIV D; ST N; LABEL out; LD IN; ST Q",
+)
+FUNCTION = unit(
+    "FUNCTION",
+    "twice",
+    [var("n", INT, kind="input"), var("odd", kind="output"), var("k", INT)],
+    "LD n; MOD 2; NE 0; ST odd; LD k; ADD n; ADD n; ST twice; RETC; ST k",
+    result=INT,
+)
 NAMES = [
-    *(var(n) for n in ("b0", "b1", "b2", "b3")), var("b4", at="%QX0.2"), var("b5", at="%IX0.0"),
-    *(var(n, INT) for n in ("i0", "i1")), var("i2", INT, at="%QW0"), var("i3", INT, kind="temp"), var("b6", kind="temp"),
-    var("w0", WORD), var("w1", WORD, at="%MW0"), var("raw", UINT, at="%MW0"), var("s0", SINT), var("d0", DINT),
-    var("r0", REAL), var("r1", REAL), var("l0", LREAL), var("t0", TIME), var("t1", TIME),
-    var("a", Array(((-1, 2),), INT)), var("ab", Array(((0, 1), (0, 1)), var("_").type)),
-    var("p", POINT), var("ps", Array(((0, 1),), POINT)), var("f", Instance("acc")), var("fs", Array(((0, 2),), Instance("acc"))),
+    *(var(n) for n in ("b0", "b1", "b2", "b3")),
+    var("b4", at="%QX0.2"),
+    var("b5", at="%IX0.0"),
+    *(var(n, INT) for n in ("i0", "i1")),
+    var("i2", INT, at="%QW0"),
+    var("i3", INT, kind="temp"),
+    var("b6", kind="temp"),
+    var("w0", WORD),
+    var("w1", WORD, at="%MW0"),
+    var("raw", UINT, at="%MW0"),
+    var("s0", SINT),
+    var("d0", DINT),
+    var("r0", REAL),
+    var("r1", REAL),
+    var("l0", LREAL),
+    var("t0", TIME),
+    var("t1", TIME),
+    var("a", Array(((-1, 2),), INT)),
+    var("ab", Array(((0, 1), (0, 1)), var("_").type)),
+    var("p", POINT),
+    var("ps", Array(((0, 1),), POINT)),
+    var("f", Instance("acc")),
+    var("fs", Array(((0, 2),), Instance("acc"))),
     var("str", String("STRING", 6), initial=b"abc"),
 ]
-BOOLS = ["b0", "b1", "b2", "b3", "b4", "b5", "b6", "w0.3", "w1.0", "ab[0,1]", "ab[i0,i1]", "p.on", "ps[1].on", "f.Q", "fs[i0].IN",
-         "f.IN", "TRUE", "FALSE", "%QX0.2", "%MX0.0", "%FIRST_SCAN"]
-INTS = ["i0", "i1", "i2", "i3", "a[0]", "a[i0]", "a[i1]", "p.x", "ps[i1].x", "f.N", "f.D", "0", "1", "-1", "2", "32767", "-32768"]
-PER_TYPE = {"INT": INTS, "WORD": ["w0", "w1", "65535:WORD", "5:WORD"], "SINT": ["s0", "-128:SINT", "3:SINT"],
-            "DINT": ["d0", "-2147483648:DINT", "70000:DINT"], "REAL": ["r0", "r1", "0.1:REAL", "3e38:REAL", "0:REAL"],
-            "LREAL": ["l0", "0.1:LREAL", "1e308:LREAL"], "TIME": ["t0", "t1", "%NOW", "9223372036854775807:TIME", "7:TIME"]}
-CONVERSIONS = {"INT": ["SINT", "DINT", "WORD", "REAL", "LREAL"], "WORD": ["INT"], "SINT": ["INT"], "DINT": ["INT", "SINT", "REAL"],
-               "REAL": ["INT", "LREAL", "DINT"], "LREAL": ["REAL"], "TIME": []}
-ARITHMETIC = {"WORD": ["AND", "OR", "XOR", "ANDN"], "TIME": ["ADD", "SUB"], "REAL": ["ADD", "SUB", "MUL", "DIV"],
-              "LREAL": ["ADD", "SUB", "MUL", "DIV"]}
+BOOLS = [
+    "b0",
+    "b1",
+    "b2",
+    "b3",
+    "b4",
+    "b5",
+    "b6",
+    "w0.3",
+    "w1.0",
+    "ab[0,1]",
+    "ab[i0,i1]",
+    "p.on",
+    "ps[1].on",
+    "f.Q",
+    "fs[i0].IN",
+    "f.IN",
+    "TRUE",
+    "FALSE",
+    "%QX0.2",
+    "%MX0.0",
+    "%FIRST_SCAN",
+]
+INTS = [
+    "i0",
+    "i1",
+    "i2",
+    "i3",
+    "a[0]",
+    "a[i0]",
+    "a[i1]",
+    "p.x",
+    "ps[i1].x",
+    "f.N",
+    "f.D",
+    "0",
+    "1",
+    "-1",
+    "2",
+    "32767",
+    "-32768",
+]
+PER_TYPE = {
+    "INT": INTS,
+    "WORD": ["w0", "w1", "65535:WORD", "5:WORD"],
+    "SINT": ["s0", "-128:SINT", "3:SINT"],
+    "DINT": ["d0", "-2147483648:DINT", "70000:DINT"],
+    "REAL": ["r0", "r1", "0.1:REAL", "3e38:REAL", "0:REAL"],
+    "LREAL": ["l0", "0.1:LREAL", "1e308:LREAL"],
+    "TIME": ["t0", "t1", "%NOW", "9223372036854775807:TIME", "7:TIME"],
+}
+CONVERSIONS = {
+    "INT": ["SINT", "DINT", "WORD", "REAL", "LREAL"],
+    "WORD": ["INT"],
+    "SINT": ["INT"],
+    "DINT": ["INT", "SINT", "REAL"],
+    "REAL": ["INT", "LREAL", "DINT"],
+    "LREAL": ["REAL"],
+    "TIME": [],
+}
+ARITHMETIC = {
+    "WORD": ["AND", "OR", "XOR", "ANDN"],
+    "TIME": ["ADD", "SUB"],
+    "REAL": ["ADD", "SUB", "MUL", "DIV"],
+    "LREAL": ["ADD", "SUB", "MUL", "DIV"],
+}
 
 
 def writable(operand: str) -> bool:
@@ -66,7 +153,16 @@ class Generator:
             kind = self.random.randint(0, 9)
             if kind == 0 and type_ == "INT":
                 two = f"{self.one(operands)} {self.one(operands)}"
-                lines.append(self.one([f"FN LIMIT:INT {two}", f"FN MAX:INT {two}", f"FN MIN:INT {self.one(operands)}", "FN ABS:INT"]))
+                lines.append(
+                    self.one(
+                        [
+                            f"FN LIMIT:INT {two}",
+                            f"FN MAX:INT {two}",
+                            f"FN MIN:INT {self.one(operands)}",
+                            "FN ABS:INT",
+                        ]
+                    )
+                )
             elif kind == 1 and type_ == "INT":
                 lines.append(f"FN twice:INT odd=>{self.one(['b0', 'ab[i1,i0]', 'b6'])}")
             elif kind == 2 and depth < 3:
@@ -110,7 +206,10 @@ class Generator:
             kind = self.random.randint(0, 9)
             if kind < 4:
                 lines += self.condition()
-                lines += [f"{self.one(['ST', 'STN', 'S', 'R'])} {self.target(BOOLS)}" for _ in range(self.random.randint(1, 3))]
+                lines += [
+                    f"{self.one(['ST', 'STN', 'S', 'R'])} {self.target(BOOLS)}"
+                    for _ in range(self.random.randint(1, 3))
+                ]
             elif kind < 7:
                 type_ = self.one(list(PER_TYPE))
                 lines += [*self.number(type_), f"ST {self.target(PER_TYPE[type_])}"]
@@ -122,8 +221,14 @@ class Generator:
             elif kind == 8:
                 lines += [*self.condition(), self.one(["CAL f", "CAL fs[i0]", "CALC f", "CALCN fs[1]"])]
             else:
-                lines += self.one([["LD p", "ST ps[i0]"], ["LD ps[1]", "ST p"], ["LD str", "FN CONCAT:STRING str", "ST str"],
-                                   ["LD b0", "RETC"]])
+                lines += self.one(
+                    [
+                        ["LD p", "ST ps[i0]"],
+                        ["LD ps[1]", "ST p"],
+                        ["LD str", "FN CONCAT:STRING str", "ST str"],
+                        ["LD b0", "RETC"],
+                    ]
+                )
         return lines
 
     def rungs(self) -> list[list[str]]:
@@ -170,9 +275,18 @@ def test_stepping_equals_compiled(seed: int) -> None:
 
 
 def test_what_one_sees_while_stepping() -> None:
-    block = unit("FUNCTION_BLOCK", "inv", [var("a", kind="input"), var("q", kind="output")], ("turn", "LDN a; ST q"))
-    main = unit("PROGRAM", "main", [var("x", initial=True), var("y"), var("z"), var("i", Instance("inv"))],
-                ("one", "LD x; AND( y; OR x; ); ST z"), ("two", "LD z; ST i.a; CAL i"), ("three", "LD i.q; ST y"), units=[block])
+    block = unit(
+        "FUNCTION_BLOCK", "inv", [var("a", kind="input"), var("q", kind="output")], ("turn", "LDN a; ST q")
+    )
+    main = unit(
+        "PROGRAM",
+        "main",
+        [var("x", initial=True), var("y"), var("z"), var("i", Instance("inv"))],
+        ("one", "LD x; AND( y; OR x; ); ST z"),
+        ("two", "LD z; ST i.a; CAL i"),
+        ("three", "LD i.q; ST y"),
+        units=[block],
+    )
     machine = Machine(program(block, main))
     stepper = Stepper(machine, {("inv", "turn"), ("main", "three")})
     assert stepper.place is None and stepper.step().instruction == 1
@@ -192,7 +306,12 @@ def test_a_fault_while_stepping_ends_the_task_only() -> None:
     bad = unit("PROGRAM", "bad", [var("n", INT)], "LD 1; DIV n; ST n")
     good = unit("PROGRAM", "good", [var("n", INT)], "LD 1; ST n")
     from ldc.il.program import Run
-    machine = Machine(program(bad, good, tasks=(Task("a"), Task("b")), runs=(Run("bad", "bad", "a"), Run("good", "good", "b"))))
+
+    machine = Machine(
+        program(
+            bad, good, tasks=(Task("a"), Task("b")), runs=(Run("bad", "bad", "a"), Run("good", "good", "b"))
+        )
+    )
     stepper = Stepper(machine)
     assert stepper.step().pou == "bad"
     assert stepper.step().pou == "good"
