@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from tests import test_samples
 from tests.strategies import programs
 from tests.test_verify import DECLARATIONS, RUNGS
 
@@ -127,6 +129,12 @@ def test_types_functions_blocks_and_globals(depth: int | None, golden) -> None:
         assert not check_unit(unit, program.units)
     if depth is None:
         golden("il_text_wide.il", text)
+
+
+@test_samples.samples
+def test_a_sample_read_back_from_its_text_gives_the_same_trace(folder: Path) -> None:
+    text = print_program(test_samples.compiled(folder, verify=False).program)
+    assert test_samples.traced(folder, compiled("again.il", text)) == (folder / "expected.csv").read_text()
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])

@@ -195,6 +195,7 @@ def test_a_mark_does_not_part_what_belongs_together() -> None:
     ("LD i\nS a", "LD0708", "S a"),
     ("LD a\nS i", "LD0708", "S i"),
     ("LD x\nMOD x", "LD0708", "MOD x"),
+    ("LD 5\nAND 3\nST i", "LD0708", "AND 3"),
     ("LD delay\nST a", "LD0708", "delay"),
     ("LD list", "LD0708", "list"),
     ("LD list[i + 1]", "LD0709", "list[i + 1]"),
@@ -219,6 +220,12 @@ def test_a_mistake_has_one_finding_where_it_was_made(body: str, code_: str, at: 
     assert [d.code for d in errors] == [code_], [f"{d.code} {d.message}" for d in errors]
     assert errors[0].primary.span.text == at
     assert errors[0].help or code_[:4] != "LD07"
+
+
+def test_parentheses_nest_a_hundred_levels_deep_and_no_deeper() -> None:
+    assert len(code("LD a\n" + "OR( b\n" * 100 + ")\n" * 100 + "ST c")) == 202
+    unit, diagnostics = read("LD a\n" + "OR( b\n" * 5000 + ")\n" * 5000 + "ST c")
+    assert unit is None and [d.code for d in diagnostics] == ["LD0712"]
 
 
 def test_the_word_that_was_meant_is_suggested() -> None:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from ldc.diagnostics import Diagnostics
-from ldc.il.program import Instr
-from ldc.model.values import Untyped, natural, settle
+from ldc.il import findings
+from ldc.il.program import LOGIC, Instr
+from ldc.library import functions
+from ldc.model.type_findings import described
+from ldc.model.values import Untyped, natural, same, settle
 from ldc.source import Span
 from ldc.types import REAL, Elementary, Subrange, Type
 
@@ -51,6 +54,10 @@ class Accumulator:
         literal = self.literal
         for index, waiting, typed in self.loose:
             instr = code[index]
+            if typed and not allowed(plain(instr.op.rstrip("(")), type_):
+                does_not_work(diagnostics, instr.span, instr.op, type_)
+                self.set(POISON)
+                return False
             if waiting is not None:
                 const = settle(waiting, type_, diagnostics)
                 if const is None:
@@ -78,6 +85,20 @@ def base(type_: Type | None) -> Type | None:
     return type_.base if isinstance(type_, Subrange) else type_
 
 
+def plain(op: str) -> str:
+    """The operator that ``ANDN``, ``ORN`` and ``XORN`` negate the operand of; others as they are."""
+    return op[:-1] if op in ("ANDN", "ORN", "XORN") else op
+
+
+def does_not_work(diagnostics: Diagnostics, span: Span, op: str, type_: Type) -> None:
+    """Reports an operator in a type that it does not work in."""
+    works = "BOOL and bit strings" if plain(op.rstrip("(")) in (*LOGIC, "NOT") else (
+        "integers" if op == "MOD" else "numbers")
+    findings.wrong_types(diagnostics, span, f"`{op}` does not work on {described(type_)}",
+                         f"the accumulator holds {described(type_)}",
+                         f"it works on {works}; convert it before")
+
+
 def allowed(op: str, type_: Type) -> bool:
     """Whether the operator works in the type (2nd edition, tables 24, 26, 28 and 30)."""
     kind = type_.kind if isinstance(type_, Elementary) else ""
@@ -88,3 +109,20 @@ def allowed(op: str, type_: Type) -> bool:
     if op in ("ADD", "SUB"):
         return kind in ("int", "uint", "real", "time")
     return op not in ("MUL", "DIV") or kind in ("int", "uint", "real")
+
+
+def widens(source: Type, target: Type) -> bool:
+    """Implicit conversion of single values; enumerations have none."""
+    source, target = base(source), base(target)
+    return (isinstance(source, Elementary) and isinstance(target, Elementary)
+            and functions.widens(source, target))
+
+
+def common(left: Type, right: Type) -> Type | None:
+    """The type in which both sides can be joined."""
+    left, right = base(left), base(right)
+    if same(left, right):
+        return left
+    if isinstance(left, Elementary) and isinstance(right, Elementary):
+        return functions.common((left, right))
+    return None

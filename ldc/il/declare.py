@@ -62,11 +62,12 @@ class Declarations:
                     yield f"    {name} : STRUCT"
                     width = max((len(f.name) for f in fields), default=0)
                     for f in fields:
-                        yield f"        {f.name:<{width}} : {type_text(f.type)}{self.initial(f.initial, f.type)};"
+                        initial = self.initial(f.initial, f.type)
+                        yield f"        {f.name:<{width}} : {type_text(f.type)}{initial};"
                     yield "    END_STRUCT;"
-                case Enum(name, values, initial):
-                    first = next((n for n, v in values if v == initial), None)
-                    suffix = f" := {first}" if first and values[0][1] != initial else ""
+                case Enum(name, values, default_):
+                    first = next((n for n, v in values if v == default_), None)
+                    suffix = f" := {first}" if first and values[0][1] != default_ else ""
                     yield f"    {name} : {enum_text(type_)}{suffix};"
                 case Subrange(name):
                     yield f"    {name} : {subrange_text(type_)};"
@@ -116,7 +117,8 @@ class Declarations:
             yield from self._resource(resource, resources, instances)
         yield "END_CONFIGURATION"
 
-    def _resource(self, resource: Resource, resources: dict[str, str], instances: dict[str, str]) -> Iterator[str]:
+    def _resource(self, resource: Resource, resources: dict[str, str],
+                  instances: dict[str, str]) -> Iterator[str]:
         name = resources.get(resource.name.upper(), resource.name)
         yield f"    RESOURCE {name} ON {resource.processor}"
         for task in resource.tasks:

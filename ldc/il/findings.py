@@ -8,7 +8,7 @@ from ldc.source import Span
 
 def unknown_instruction(diagnostics: Diagnostics, span: Span, text: str, help: str) -> None:
     diagnostics.error("LD0701", f"there is no instruction or function `{text}`", span, "unknown instruction",
-                      help=help or "an IL line is `label: OPERATOR operand`; functions are called by their name")
+                      help=help or "an IL line is `label: OPERATOR operand` or the name of a function")
 
 
 def operand_missing(diagnostics: Diagnostics, span: Span, op: str, what: str) -> None:
@@ -30,7 +30,8 @@ def unknown_label(diagnostics: Diagnostics, span: Span, name: str, help: str) ->
 
 def duplicate_label(diagnostics: Diagnostics, span: Span, name: str, first: Span) -> None:
     diagnostics.error("LD0706", f"label `{name}` stands twice in this POU", span, "again here",
-                      secondary=(Label(first, "first here"),), help="rename one of the two and the jumps to it")
+                      secondary=(Label(first, "first here"),),
+                      help="rename one of the two and the jumps to it")
 
 
 def undefined(diagnostics: Diagnostics, span: Span, op: str) -> None:
@@ -43,7 +44,8 @@ def wrong_types(diagnostics: Diagnostics, span: Span, message: str, label: str, 
 
 
 def not_simple(diagnostics: Diagnostics, span: Span, what: str) -> None:
-    diagnostics.error("LD0709", f"{what} must be a variable or a literal in IL", span, "this is an expression",
+    diagnostics.error("LD0709", f"{what} must be a variable or a literal in IL", span,
+                      "this is an expression",
                       help="compute it before by instructions of its own and store it in a variable")
 
 
@@ -56,3 +58,8 @@ def inside_parentheses(diagnostics: Diagnostics, span: Span, op: str, opened: Sp
     diagnostics.error("LD0711", f"{op} may not stand within parentheses", span, "between ( and )",
                       secondary=(Label(opened, "opened here"),),
                       help="close the parentheses before, or keep the value in a variable")
+
+
+def too_deep(diagnostics: Diagnostics, span: Span, most: int) -> None:
+    diagnostics.error("LD0712", f"parentheses nest deeper than {most} levels", span, "one level too deep",
+                      help="keep values in between in variables")

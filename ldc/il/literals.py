@@ -8,7 +8,7 @@ from datetime import date, timedelta
 from itertools import groupby
 
 from ldc.types import (
-    INT, REAL, Array, Elementary, Enum, Instance, Scalar, String, Struct, Subrange, Type, Value, storage,
+    INT, REAL, Array, Enum, Instance, Scalar, String, Struct, Subrange, Type, Value, storage,
 )
 
 _EPOCH = date(1970, 1, 1)

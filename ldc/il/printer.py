@@ -28,11 +28,12 @@ def print_program(program: Program, sources: bool | None = None) -> str:
     compiled from stands as a comment above its code."""
     names = Names(program.units, program.globals)
     declarations = Declarations(names, program.units)
-    used = (v.type for variables in (program.globals, *(u.variables for u in program.units)) for v in variables)
+    used = [v.type for u in program.units for v in u.variables] + [v.type for v in program.globals]
     lines = list(declarations.types((*program.types, *used)))
     for unit in program.units:
         if not unit.standard:
-            lines += _UnitPrinter(unit, program.units, program.globals, names, declarations, bool(sources)).lines()
+            printer = _UnitPrinter(unit, program.units, program.globals, names, declarations, bool(sources))
+            lines += printer.lines()
             lines.append("")
     lines += declarations.configuration(program)
     while lines and not lines[-1]:

@@ -80,7 +80,8 @@ def _entered(pieces: Iterable[list[Instr]]) -> bool:
 
 def _rung(region: Region, code: list[Instr], span: Callable[[int, int], Span]) -> RungCode:
     label = code[0].name if code and code[0].op == "LABEL" else None
-    name = region.key if region.marked and _NAME.match(region.key) and not _UNNAMED.match(region.key) else None
+    named = region.marked and _NAME.match(region.key) and not _UNNAMED.match(region.key)
     spans = [i.span for i in code if i.span is not None]
     whole = span(spans[0].start, max(s.end for s in spans)) if spans else None
-    return RungCode(region.key, tuple(code if label is None else code[1:]), label, region.title, name, "none", whole)
+    return RungCode(region.key, tuple(code if label is None else code[1:]), label, region.title,
+                    region.key if named else None, "none", whole)

@@ -129,7 +129,8 @@ class Scanner:
         if closed:
             end -= 1
             end -= _trailing(self.text[start:end])
-        return Line(op, op_start, op_end, paren, base + start, base + end, *label, closed, close=base + stop), 0
+        return Line(op, op_start, op_end, paren, base + start, base + end, *label, closed,
+                    close=base + stop), 0
 
     def _label(self, match: re.Match) -> tuple[str, int]:
         return match[1] or "", self.base + max(match.start(1), 0)
@@ -183,8 +184,8 @@ class Scanner:
             if match is None:
                 result.append(Argument(None, first, last, name_start=first))
             else:
-                result.append(Argument(match[2], self.base + match.end(), last, match[3] == "=>", bool(match[1]),
-                                       self.base + match.start(2)))
+                result.append(Argument(match[2], self.base + match.end(), last, match[3] == "=>",
+                                       bool(match[1]), self.base + match.start(2)))
         return result
 
 

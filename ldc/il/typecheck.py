@@ -5,6 +5,7 @@ Only for our own faults: a unit that comes from ``lower`` or ``text`` has no fin
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ def check_unit(unit: Unit, units: Iterable[Unit] = ()) -> list[Finding]:
     labels = [r.label for r in unit.rungs if r.label is not None]
     labels += [i.name for r in unit.rungs for i in r.code if i.op == "LABEL"]
     findings = [Finding("", -1, f"label {name} stands twice")
-                for n, name in enumerate(labels) if name in labels[:n]] if len(set(labels)) < len(labels) else []
+                for name, count in Counter(labels).items() if count > 1]
     targets = frozenset(labels)
     for rung in unit.rungs:
         findings += _Check(rung, variables, targets, known).run()
@@ -204,8 +205,10 @@ class _Check:
             yield from self._needs(BOOL)
         if op[:3] == "JMP" and instr.name not in self.labels:
             yield f"there is no label {instr.name}"
-        if op[:3] == "CAL" and not (isinstance(instr.operand, Place) and isinstance(instr.operand.type, Instance)):
-            yield "calls no instance"
+        if op[:3] == "CAL":
+            called = instr.operand
+            if not isinstance(called, Place) or not isinstance(called.type, Instance):
+                yield "calls no instance"
         if op not in _CONDITIONAL:
             self.acc = None
 
