@@ -56,24 +56,32 @@ def expression(text: str) -> ast.Expr:
     ("(a OR b) AND c", "((a OR b) AND c)"),
 ])
 def test_precedence_is_that_of_the_standard(text: str, grouped: str) -> None:
-    """IEC 61131-3, 2nd edition, table 55 and B.3.1: signs and NOT bind tightest, all operators to the left."""
+    """IEC 61131-3, 2nd edition, table 55 and B.3.1: signs and NOT bind tightest, the others to the left."""
     def show(node: ast.Expr) -> str:
         if isinstance(node, ast.Binary):
             return f"({show(node.left)} {node.op} {show(node.right)})"
-        return f"{node.op}{' ' * (node.op == 'NOT')}{show(node.operand)}" if isinstance(node, ast.Unary) else node.name
+        if isinstance(node, ast.Unary):
+            return f"{node.op}{' ' * (node.op == 'NOT')}{show(node.operand)}"
+        return node.name
 
     assert show(expression(text)) == grouped
 
 
 @pytest.mark.parametrize(("text", "value", "kind"), [
-    ("5", 5, None), ("-5", -5, None), ("- 5", -5, None), ("+5", 5, None), ("1_000", 1000, None), ("16#fF", 255, None),
-    ("2#1010_0101", 165, None), ("8#17", 15, None), ("1.5", 1.5, None), ("-1.5E-3", -0.0015, None), ("1e3", 1000.0, None),
-    ("INT#-5", -5, "INT"), ("byte#16#FF", 255, "BYTE"), ("REAL#1.5e2", 150.0, "REAL"), ("real#3", 3.0, "REAL"),
+    ("5", 5, None), ("-5", -5, None), ("- 5", -5, None), ("+5", 5, None), ("1_000", 1000, None),
+    ("16#fF", 255, None),
+    ("2#1010_0101", 165, None), ("8#17", 15, None), ("1.5", 1.5, None), ("-1.5E-3", -0.0015, None),
+    ("1e3", 1000.0, None),
+    ("INT#-5", -5, "INT"), ("byte#16#FF", 255, "BYTE"), ("REAL#1.5e2", 150.0, "REAL"),
+    ("real#3", 3.0, "REAL"),
     ("TRUE", True, "BOOL"), ("false", False, "BOOL"), ("BOOL#1", True, "BOOL"), ("BOOL#FALSE", False, "BOOL"),
     ("18446744073709551615", (1 << 64) - 1, None), ("-9223372036854775808", -(1 << 63), None),
-    ("T#1d2h3m4s5ms6us7ns", 93784005006007, "TIME"), ("t#1.5s", 1_500_000_000, "TIME"), ("TIME#-20ms", -20_000_000, "TIME"),
-    ("LT#90m", 5_400_000_000_000, "TIME"), ("LTIME#1h_30m", 5_400_000_000_000, "TIME"), ("T#0.5us", 500, "TIME"),
-    ("D#1970-01-02", 1, "DATE"), ("DATE#2000-02-29", 11016, "DATE"), ("TOD#01:02:03.5", 3_723_500_000_000, "TIME_OF_DAY"),
+    ("T#1d2h3m4s5ms6us7ns", 93784005006007, "TIME"), ("t#1.5s", 1_500_000_000, "TIME"),
+    ("TIME#-20ms", -20_000_000, "TIME"),
+    ("LT#90m", 5_400_000_000_000, "TIME"), ("LTIME#1h_30m", 5_400_000_000_000, "TIME"),
+    ("T#0.5us", 500, "TIME"),
+    ("D#1970-01-02", 1, "DATE"), ("DATE#2000-02-29", 11016, "DATE"),
+    ("TOD#01:02:03.5", 3_723_500_000_000, "TIME_OF_DAY"),
     ("TIME_OF_DAY#23:59", 86_340_000_000_000, "TIME_OF_DAY"),
     ("DT#1970-01-02-00:00:01", 86_401_000_000_000, "DATE_AND_TIME"),
     ("DATE_AND_TIME#1970-01-01-00:00:00", 0, "DATE_AND_TIME"),
@@ -109,7 +117,8 @@ def test_a_jump_may_follow_a_block_without_a_space() -> None:
 
 
 def test_a_rung_has_paths_and_its_last_semicolon_may_go() -> None:
-    with_it, without = rungs('RUNG r "a $"title$"" [a] @x (q); @x (r);\nRUNG r "a $"title$"" [a] @x (q); @x (r)')
+    text = 'RUNG r "a $"title$"" [a] @x (q); @x (r)'
+    with_it, without = rungs(f"{text};\n{text}")
     assert bare(with_it) == bare(without)
     assert with_it.title == 'a "title"'
 
@@ -135,7 +144,8 @@ VAR_IN_OUT e : ARRAY [1..10, -2..n] OF REAL; END_VAR
 VAR_TEMP f : INT (0..10) := 5; g : (red, amber := 5, green) := amber; END_VAR
 VAR_EXTERNAL h : Point; END_VAR
 VAR NON_RETAIN i AT %IW3 : INT := 5; j : TON := (PT := T#1s); k : ARRAY [0..3] OF INT := [1, 2(7), x];
-    l : ARRAY [0..1] OF STRUCT u, v : INT; w : STRUCT z : BOOL; END_STRUCT; END_STRUCT := [2((u := 1, w := (z := TRUE)))];
+    l : ARRAY [0..1] OF STRUCT u, v : INT; w : STRUCT z : BOOL; END_STRUCT; END_STRUCT
+        := [2((u := 1, w := (z := TRUE)))];
 END_VAR
 END_FUNCTION_BLOCK
 """
@@ -153,7 +163,8 @@ def test_declarations() -> None:
     assert of["c"].type.length.value == 20
     assert [(expr_text(a), expr_text(b)) for a, b in of["e"].type.bounds] == [("1", "10"), ("-2", "n")]
     assert (of["f"].type.base, of["f"].type.high.value, of["f"].initial.value) == ("INT", 10, 5)
-    assert [(n, v and v.value) for n, v in of["g"].type.values] == [("red", None), ("amber", 5), ("green", None)]
+    assert [(n, v and v.value) for n, v in of["g"].type.values] == [
+        ("red", None), ("amber", 5), ("green", None)]
     assert of["i"].location == "%IW3"
     assert [n for n, _ in of["j"].initial.fields] == ["PT"]
     assert [n for n, _ in of["k"].initial.items] == [1, 2, 1]
@@ -180,14 +191,17 @@ def test_types_globals_and_configurations() -> None:
     plant = file.configurations[0]
     master, slave = plant.resources
     assert (plant.name, master.name, master.processor, slave.processor) == ("plant", "master", "cpu", "mcu")
-    assert (master.tasks[0].name, master.tasks[0].interval.text, master.tasks[0].single) == ("fast", "T#10ms", None)
-    assert [(p.name, p.task, p.pou) for p in master.programs] == [("one", "fast", "main"), ("two", None, "main")]
+    task, = master.tasks
+    assert (task.name, task.interval.text, task.single) == ("fast", "T#10ms", None)
+    assert [(p.name, p.task, p.pou) for p in master.programs] == [
+        ("one", "fast", "main"), ("two", None, "main")]
 
 
 def test_bodies_of_st_and_il_files_are_text() -> None:
-    text = "FUNCTION f : INT\nVAR_INPUT a : INT; END_VAR\n  f := a^ § 'open; (* END_FUNCTION *)\nEND_FUNCTION\n"
+    statements = "\n  f := a^ § 'open; (* END_FUNCTION *)\n"
+    text = f"FUNCTION f : INT\nVAR_INPUT a : INT; END_VAR{statements}END_FUNCTION\n"
     body = parsed(text, "some/F.ST").pous[0].body
-    assert (body.language, body.span.text) == ("ST", "\n  f := a^ § 'open; (* END_FUNCTION *)\n")
+    assert (body.language, body.span.text) == ("ST", statements)
     assert parsed("PROGRAM p LD a ST b END_PROGRAM", "x.il").pous[0].body.span.text == " LD a ST b "
 
 
@@ -213,7 +227,7 @@ def test_rungs_are_read_as_they_were_printed(drawn: list[ast.Rung]) -> None:
 
 
 def test_canonical_text_of_a_rung() -> None:
-    rung, = rungs("rung r 'x'" .replace("'x'", '"t"') + "{[a]|[ /b ]}[P  c](*x*)<t:TON(PT:=T#1s,Q=>q)out=_>(S d);@x[e&not f](g)")
-    assert rung_text(rung) == ('RUNG r "t"\n    { [a] | [/b] } [P c] <t: TON(PT := T#1s, Q => q) out=_> (S d);\n'
-                               "    @x [e AND NOT f] (g)")
-    assert paths_text(rung) == "{ [a] | [/b] } [P c] <t: TON(PT := T#1s, Q => q) out=_> (S d); @x [e AND NOT f] (g)"
+    rung, = rungs('rung r "t"{[a]|[ /b ]}[P  c](*x*)<t:TON(PT:=T#1s,Q=>q)out=_>(S d);@x[e&not f](g)')
+    first, second = "{ [a] | [/b] } [P c] <t: TON(PT := T#1s, Q => q) out=_> (S d);", "@x [e AND NOT f] (g)"
+    assert rung_text(rung) == f'RUNG r "t"\n    {first}\n    {second}'
+    assert paths_text(rung) == f"{first} {second}"

@@ -213,7 +213,8 @@ class Builder:
 
     def _argument(self, values: Values, output: bool) -> ast.Argument:
         name, _, value = values
-        return ast.Argument(self.word(name), value, output, Span(self.source, self.starts[name], value.span.end))
+        span = Span(self.source, self.starts[name], value.span.end)
+        return ast.Argument(self.word(name), value, output, span)
 
     def name(self, values: Values) -> ast.Name:
         index, = values

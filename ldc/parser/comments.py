@@ -33,6 +33,14 @@ class Comments:
             taken.append(self._rest.pop())
         return taken
 
+    def until(self, offset: int, mark: str) -> list[ast.Comment]:
+        """Those that follow ``offset`` with nothing but space between, before ``mark`` comes."""
+        taken = []
+        while self._rest and mark not in self._text[offset : self._rest[-1].span.start]:
+            taken.append(self._rest.pop())
+            offset = taken[-1].span.end
+        return taken
+
     def starts_line(self, comment: ast.Comment) -> bool:
         line = self._text.rfind("\n", 0, comment.span.start) + 1
         return not self._text[line : comment.span.start].strip()

@@ -117,8 +117,8 @@ class FileBuilder(Builder):
             if key not in ("INTERVAL", "SINGLE", "PRIORITY") or key in given:
                 self.findings.task_setting(index, key in given)
             given[key] = value
-        return ast.Task(self.declared(name), given.get("INTERVAL"), given.get("SINGLE"), given.get("PRIORITY"),
-                        self.span(word, last))
+        interval, single, priority = map(given.get, ("INTERVAL", "SINGLE", "PRIORITY"))
+        return ast.Task(self.declared(name), interval, single, priority, self.span(word, last))
 
     def task_value(self, values: Values) -> tuple[int, ast.Expr]:
         return values[0], values[2]

@@ -38,8 +38,13 @@ class Findings:
         end = self.tokens.ends[index]
         return Span(self.tokens.source, end, end)
 
-    def syntax(self, span: Span, message: str, label: str, help: str, secondary: tuple[Label, ...] = ()) -> None:
+    def syntax(self, span: Span, message: str, label: str, help: str, secondary=()) -> None:
         self.diagnostics.error("LD0101", message, span, label, secondary=secondary, help=help)
+
+    def unexpected(self, index: int, wanted: str, help: str) -> None:
+        """A token where something else has to begin."""
+        found = self.shown(index)
+        self.syntax(self.tokens.point(index), f"expected {wanted}, found {found}", f"not {wanted}", help)
 
     def character(self, span: Span) -> None:
         """A character that no token has; control characters are shown by their code."""
@@ -53,12 +58,13 @@ class Findings:
             what, help = "is not used in this language", "remove it, or put it into a comment"
         else:
             what, help = "is a control character", "is the file text? remove the character"
-        self.diagnostics.error("LD0102", f"the character {shown} {what}", span, f"{shown} stands here", help=help)
+        label = f"{shown} stands here"
+        self.diagnostics.error("LD0102", f"the character {shown} {what}", span, label, help=help)
 
     def open_comment(self, start: int) -> None:
         span = Span(self.tokens.source, start, start + 2)
-        self.diagnostics.error("LD0103", "the comment is not closed", span, "it begins here, and goes on to the end",
-                               help="close it with `*)`; comments do not nest")
+        label, help = "it begins here, and goes on to the end", "close it with `*)`; comments do not nest"
+        self.diagnostics.error("LD0103", "the comment is not closed", span, label, help=help)
 
     def open_string(self, span: Span) -> None:
         quote = span.text[0]
@@ -85,11 +91,12 @@ class Findings:
             secondary=(Label(self.tokens.point(opening), "opened here"),), help=f"add `{closer}`")
 
     def stray_bracket(self, index: int, opening: int | None) -> None:
-        secondary = (Label(self.tokens.point(opening), "the bracket that is open"),) if opening is not None else ()
-        if opening is None:
-            label, help = "nothing is open here", "remove it, or write the opening bracket"
-        else:
-            label, help = f"this does not close {self.shown(opening)}", "close the brackets in the order of opening"
+        secondary: tuple[Label, ...] = ()
+        label, help = "nothing is open here", "remove it, or write the opening bracket"
+        if opening is not None:
+            secondary = (Label(self.tokens.point(opening), "the bracket that is open"),)
+            label = f"this does not close {self.shown(opening)}"
+            help = "close the brackets in the order of opening"
         self._at("LD0109", f"{self.shown(index)} closes nothing", index, label, help, secondary)
 
     def too_deep(self, index: int, what: str) -> None:
@@ -114,12 +121,12 @@ class Findings:
 
     def empty_file(self) -> None:
         source = self.tokens.source
-        self.diagnostics.error("LD0114", "there is nothing in this file", Span(source, 0, 0), "only space and comments",
-                               help="begin with `PROGRAM name`")
+        self.diagnostics.error("LD0114", "there is nothing in this file", Span(source, 0, 0),
+                               "only space and comments", help="begin with `PROGRAM name`")
 
     def outside(self, index: int, help: str) -> None:
         self._at("LD0115", f"{self.shown(index)} stands outside of any program", index,
-                 "only PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL and CONFIGURATION begin here", help)
+                 "here begin only PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL, CONFIGURATION", help)
 
     def reserved(self, index: int) -> None:
         word = self.tokens.text(index)
@@ -127,8 +134,9 @@ class Findings:
                  f"choose another name, for example `{word}_1`")
 
     def other_format(self, span: Span, name: str) -> None:
+        help = "a later release reads it; for now, draw it in the .ld language"
         self.diagnostics.error("LD0117", f"this is a file of {name}, which cannot be read yet", span,
-                               "by this it is known", help="a later release reads it; for now, draw it in the .ld language")
+                               "by this it is known", help=help)
 
     def pragma(self, index: int) -> None:
         self._at("LD0118", "there are no pragmas in this language", index, "a `{` among declarations",

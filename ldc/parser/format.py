@@ -25,8 +25,8 @@ def format_file(file: ast.File) -> str:
 
 
 class _Printer:
-    """Collects lines. ``last`` is the offset in the source behind what was printed last; ``opened`` tells that
-    it was an opening line, below which no blank line stands."""
+    """Collects lines. ``last`` is the offset in the source behind what was printed last; ``opened`` tells
+    that it was an opening line, below which no blank line stands."""
 
     def __init__(self, source_file: ast.File) -> None:
         self.tree, self.text = source_file, source_file.source.text
@@ -40,7 +40,7 @@ class _Printer:
 
     def file(self) -> str:
         tree = self.tree
-        parts = sorted((*tree.pous, *tree.types, *tree.globals, *tree.configurations), key=lambda p: p.span.start)
+        parts = _ordered(tree.pous, tree.types, tree.globals, tree.configurations)
         for is_type, group in groupby(parts, key=lambda p: isinstance(p, ast.TypeDecl)):
             if is_type:
                 self._types(list(group))
@@ -134,7 +134,8 @@ class _Printer:
         if not isinstance(kind, ast.StructType):
             self._line(f"{head}{unparse.declared_text(declared)};", end)
             return
-        self._line(f"{head}{ranges}STRUCT", self.tokens.ends[self._token("STRUCT", kind.span.start, 1)], opens=True)
+        word = self._token("STRUCT", kind.span.start, 1)
+        self._line(f"{head}{ranges}STRUCT", self.tokens.ends[word], opens=True)
         for _, group in groupby(kind.fields, key=lambda f: f.group_span):
             fields = list(group)
             span = fields[0].group_span
@@ -249,7 +250,8 @@ class _Printer:
     def _resource(self, resource: ast.Resource) -> None:
         start = self._index(resource.span.start)
         inner = INDENT * 2
-        self._line(f"{INDENT}RESOURCE {resource.name} ON {resource.processor}", self.tokens.ends[start + 3], opens=True)
+        head = f"{INDENT}RESOURCE {resource.name} ON {resource.processor}"
+        self._line(head, self.tokens.ends[start + 3], opens=True)
         for part in _ordered(resource.var_blocks, resource.tasks, resource.programs):
             self._above(part.span.start, inner)
             if isinstance(part, ast.VarBlock):
@@ -268,5 +270,5 @@ def _ordered(*groups: Iterable) -> list:
 
 def _task_text(task: ast.Task) -> str:
     given = (("SINGLE", task.single), ("INTERVAL", task.interval), ("PRIORITY", task.priority))
-    settings = ", ".join(f"{name} := {unparse.expr_text(value)}" for name, value in given if value is not None)
+    settings = ", ".join(f"{name} := {unparse.expr_text(e)}" for name, e in given if e is not None)
     return f"TASK {task.name} ({settings});"

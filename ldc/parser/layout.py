@@ -51,7 +51,8 @@ def comment_atoms(taken: list[ast.Comment], comments: Comments, first: bool) -> 
         text = comment_text(comment)
         before = comments.starts_line(comment) and not first
         after = comments.ends_line(comment) or text.startswith("//") or "\n" in text
-        made.append(Atom(None if before or after else text, comment=text, line_before=before, line_after=after))
+        flat = None if before or after else text
+        made.append(Atom(flat, comment=text, line_before=before, line_after=after))
         first = False
     return made
 
@@ -65,7 +66,7 @@ def _branches(branches: ast.Branches, comments: Comments | None) -> Atom:
         if comments is not None:
             last = number == len(branches.paths) - 1
             end = path.span.end
-            after = comments.before(branches.span.end) if last else comments.same_line(end)
+            after = comments.before(branches.span.end) if last else comments.until(end, "|")
             made += comment_atoms(after, comments, first=False)
         paths.append(tuple(made))
     flats = [_flat(path) for path in paths]
@@ -104,7 +105,7 @@ class Writer:
 
 
 def fill(path: list[Atom] | tuple[Atom, ...], writer: Writer, margin: int, hang: int) -> None:
-    """Place a path. Further lines are indented by ``margin``, and by ``hang`` more behind its first element."""
+    """Place a path. Further lines are indented by ``margin``, behind its first element by ``hang`` more."""
     drawn = pending = False
     for atom in path:
         indent = " " * (margin + hang * drawn)

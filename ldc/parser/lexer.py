@@ -18,14 +18,16 @@ BAD = "BAD"
 SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_GLOBAL")
 QUALIFIERS = ("RETAIN", "NON_RETAIN", "CONSTANT")
 _SAME = """
-    PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK TYPE END_TYPE STRUCT END_STRUCT
-    CONFIGURATION END_CONFIGURATION RESOURCE END_RESOURCE TASK END_VAR VAR_ACCESS VAR_CONFIG READ_ONLY READ_WRITE
+    PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK TYPE END_TYPE
+    STRUCT END_STRUCT CONFIGURATION END_CONFIGURATION RESOURCE END_RESOURCE TASK
+    END_VAR VAR_ACCESS VAR_CONFIG READ_ONLY READ_WRITE
     ARRAY OF AT ON WITH RUNG RETURN NOT R_EDGE F_EDGE
     IF THEN ELSE ELSIF END_IF CASE END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL END_REPEAT EXIT
     ACTION END_ACTION STEP END_STEP INITIAL_STEP TRANSITION END_TRANSITION FROM
 """
 KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *QUALIFIERS)} | {
-    "AND": "BINOP", "OR": "BINOP", "XOR": "BINOP", "MOD": "BINOP", "TRUE": "LITERAL", "FALSE": "LITERAL", "_": "_",
+    "AND": "BINOP", "OR": "BINOP", "XOR": "BINOP", "MOD": "BINOP",
+    "TRUE": "LITERAL", "FALSE": "LITERAL", "_": "_",
 }
 """Reserved words in capitals, and the type of their tokens (IEC 61131-3, annex C, and RUNG)."""
 
@@ -37,7 +39,8 @@ _SCAN = re.compile(
     rf"""
     (?P<SPACE> [ \t\r\n\f\v]+ )
   | (?P<WORD>  [A-Za-z_]\w*+ (?!\#) )
-  | (?P<OP>    \((?!\*) | := | => | >(?=>>) | >> | >= | <= | <> | \*\* | \.\. | /(?!/) | [\[\]){{}}<>=:;,.@|&*+-] )
+  | (?P<OP>    \((?!\*) | /(?!/) | := | => | >(?=>>) | >> | >= | <= | <> | \*\* | \.\.
+             | [\[\]){{}}<>=:;,.@|&*+-] )
   | (?P<COMMENT> \(\*(?s:.*?)\*\) | //[^\r\n]* )
   | (?P<LITERAL>
         (?i: L?REAL )\#[+-]?\d[\d_]*+(?:\.\d[\d_]*+)?(?:[eE][+-]?\d+)?(?!\w|\#)
@@ -48,7 +51,8 @@ _SCAN = re.compile(
   | (?P<DIRECT> %[A-Za-z_]\w*+(?:\.\d+)*+ )
   | (?P<STRING> {_STRING} )
   | (?P<TEXT> {_TEXT} )
-  | (?P<BAD>   \(\*(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]* | [^\x00-\x7f]+ | [\x00-\x1f\x7f]+ | . )
+  | (?P<BAD>   \(\*(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]*
+             | [^\x00-\x7f]+ | [\x00-\x1f\x7f]+ | . )
     """,
     re.VERBOSE | re.ASCII,
 )

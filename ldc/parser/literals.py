@@ -58,7 +58,8 @@ def literal(text: str) -> Parts:
     name = prefix.upper()
     if name not in TYPED:
         if not re.fullmatch(r"[A-Za-z_]\w*", rest, re.ASCII):
-            raise Malformed(f"`{prefix}` is not the name of an elementary type", "values of enumerations have names")
+            raise Malformed(f"`{prefix}` is not the name of an elementary type",
+                            "values of enumerations have names")
         return rest, prefix, text
     return *_typed(name, rest), f"{name}#{rest}"
 
@@ -124,7 +125,7 @@ def _real(text: str, name: str | None) -> float:
     if not _REAL.match(text) or "__" in text:
         raise Malformed("this is no number", "a REAL has the form 12.5 or 1.25e-3")
     if len(text) > _DIGITS:
-        raise Malformed("the number has too many digits", "an LREAL has about 16 significant digits", range=True)
+        raise Malformed("the number has too many digits", "an LREAL has about 16 of them", range=True)
     value = float(text.replace("_", ""))
     if isinf(value) or (name == "REAL" and abs(value) > 3.4028235677973366e38):
         raise Malformed(f"no {name or 'LREAL'} holds this number", range=True)
@@ -132,7 +133,7 @@ def _real(text: str, name: str | None) -> float:
 
 
 def _duration(text: str) -> int:
-    """Nanoseconds; units in falling order, a fraction only on the last (2.2.3.1), rounded to the nearest ns."""
+    """Nanoseconds, rounded; units in falling order, a fraction only on the last (2.2.3.1)."""
     sign, body = (-1, text[1:]) if text[0] == "-" else (1, text.removeprefix("+"))
     body, at, total, last, fraction = body.upper(), 0, 0, 1 << 62, False
     help = "write for example T#1.5s or T#2h30m; the units are d h m s ms us ns, the greater first"
@@ -197,13 +198,14 @@ def _escape(code: str, quote: str) -> str:
         return chr(int(code, 16))
     found = _ESCAPES.get(code.upper())
     if found is None or (found in "'\"" and found != quote):
-        digits = "four" if quote == '"' else "two"
+        digits = "four hexadecimal digits" if quote == '"' else "two hexadecimal digits"
         raise Malformed(f"`${code}` stands for no character",
-                        f"$$ is a dollar, ${quote} a quote, $N a new line; {digits} hexadecimal digits are a code")
+                        f"$$ is a dollar, ${quote} a quote, $N a new line; {digits} are a code")
     return found
 
 
 def quoted(text: str) -> str:
     """A title as a WSTRING literal."""
     codes = {"$": "$$", '"': '$"', "\n": "$N", "\f": "$P", "\r": "$R", "\t": "$T"}
-    return '"' + "".join(codes.get(c) or (f"${ord(c):04X}" if ord(c) < 32 or ord(c) == 127 else c) for c in text) + '"'
+    coded = (codes.get(c) or (f"${ord(c):04X}" if c < " " or c == "\x7f" else c) for c in text)
+    return f'"{"".join(coded)}"'

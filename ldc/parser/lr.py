@@ -1,4 +1,4 @@
-"""The LALR(1) driver: tokens of one unit to what the actions of its rules make, and what would have been right.
+"""The LALR(1) driver: tokens of one unit to what the actions of its rules make, or what was expected.
 
 Our own loop instead of lark's: it works on token indexes and passes one-child rules through, which makes
 it several times as fast; the tables are lark's.

@@ -122,8 +122,8 @@ class Reader:
         if self.units.bad(begin, self.at):
             return
         word = cut(self.tokens.text(begin)).upper()
-        near = difflib.get_close_matches(word, sorted(_STARTERS), 1, 0.75) if self.types[begin] == "NAME" else ()
-        if near:
+        near = difflib.get_close_matches(word, sorted(_STARTERS), 1, 0.75)
+        if near and self.types[begin] == "NAME":
             help = f"did you mean `{near[0]}`?"
         elif self.pous:
             help = "remove it, or move it above the END of the program that it belongs to"
@@ -261,9 +261,8 @@ class Reader:
         if near and near[0] in SECTIONS:
             self.units.lost = True
             self.at += self._kind() == "END_VAR"
-        help = f"did you mean `{near[0]}`?" if near else "a rung begins with RUNG; statements belong into a .st file"
-        self.findings.syntax(self.tokens.point(begin), f"expected RUNG or {end}, found {self.findings.shown(begin)}",
-                             "not the beginning of a rung", help)
+        help = "a rung begins with RUNG; statements belong into a .st file"
+        self.findings.unexpected(begin, f"RUNG or {end}", f"did you mean `{near[0]}`?" if near else help)
 
     def _pou_end(self, end: str, opening: int) -> int:
         """Take the END of a POU; the index of its last token."""
@@ -291,7 +290,7 @@ class Reader:
                 resources.append(self._resource())
             else:
                 self._expected("RESOURCE or END_CONFIGURATION", _IN_CONFIGURATION,
-                               "tasks and programs stand inside `RESOURCE name ON processor ... END_RESOURCE`")
+                               "tasks and programs stand in `RESOURCE name ON processor ... END_RESOURCE`")
         self._close("END_CONFIGURATION", first)
         if name is not None:
             self.configurations.append(ast.Configuration(
@@ -323,8 +322,7 @@ class Reader:
     def _expected(self, wanted: str, stops: frozenset[str], help: str) -> None:
         begin = self._skip(stops)
         if not self.units.bad(begin, self.at):
-            self.findings.syntax(self.tokens.point(begin), f"expected {wanted}, found {self.findings.shown(begin)}",
-                                 f"not {wanted}", help or f"write {wanted} here")
+            self.findings.unexpected(begin, wanted, help or f"write {wanted} here")
 
     def _close(self, end: str, opening: int) -> None:
         if self._kind() == end:

@@ -84,8 +84,8 @@ def _meant(word: str, expected: frozenset[str]) -> str:
     """A keyword that looks much like the word, if it is one that could stand here or begin a section."""
     word = cut(word).upper()
     here = [w for w in _WORDS if KEYWORDS[w] in expected]
-    near = difflib.get_close_matches(word, _STRUCTURE, 1, 0.75) or difflib.get_close_matches(word, here, 1, 0.65)
-    return near[0] if near else ""
+    near = difflib.get_close_matches(word, _STRUCTURE, 1, 0.75)
+    return next(iter(near or difflib.get_close_matches(word, here, 1, 0.65)), "")
 
 
 def _list(expected: frozenset[str]) -> str:

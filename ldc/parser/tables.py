@@ -26,8 +26,8 @@ END = "$END"
 class Tables:
     """``actions[state][symbol]``: a state to go to (>= 0), or ``-1 - rule`` to reduce.
 
-    ``rules[n]`` is (children, symbol made, name of the action; empty: its one child is passed on). Terminals are named as in the grammar,
-    quoted ones by their text; ``terminals`` are all of them.
+    ``rules[n]`` is (children, symbol made, name of the action; empty: its one child is passed on).
+    Terminals are named as in the grammar, quoted ones by their text; ``terminals`` are all of them.
     """
 
     actions: tuple[dict[str, int], ...]

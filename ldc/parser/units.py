@@ -138,7 +138,7 @@ class Units:
                 levels.pop()
             elif kind in (")", "]"):
                 levels[-1] = max(0, levels[-1] - 1)
-            elif kind in _OPERATORS and levels[-1] and not (kind == "/" and self.types[index - 1] in ("[", "(")):
+            elif kind in _OPERATORS and levels[-1] and (kind != "/" or self.types[index - 1] not in "[("):
                 count += 1
                 if count > MAX_OPERATORS:
                     self.findings.too_long(index, "the expression", MAX_OPERATORS, "operators")

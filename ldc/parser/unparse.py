@@ -105,7 +105,8 @@ def type_text(type_: ast.TypeExpr, indent: str = "") -> str:
         case ast.EnumType(values):
             return f"({', '.join(n if v is None else f'{n} := {expr_text(v)}' for n, v in values)})"
         case ast.StructType(fields):
-            lines = "".join(f"{indent}{INDENT}{f.name} : {declared_text(f, indent + INDENT)};\n" for f in fields)
+            inner = indent + INDENT
+            lines = "".join(f"{inner}{f.name} : {declared_text(f, inner)};\n" for f in fields)
             return f"STRUCT\n{lines}{indent}END_STRUCT"
     raise TypeError(f"no type: {type_!r}")
 
