@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from il_build import program, simple, unit, var
 
+from ldc.diagnostics import Invalid
 from ldc.il.program import Run, Task
 from ldc.types import BOOL, DINT, INT, REAL, TIME, Array, Instance
 from runtime.vm.machine import Machine
@@ -152,3 +153,8 @@ def test_the_watchdog_ends_an_endless_loop() -> None:
     assert fault.code == "LD0803" and machine.get("n") == 101 and fault.place.rung == "loop"
     machine.scan()
     assert machine.get("n") == 101 and machine.scans == 2
+
+
+def test_a_safe_value_that_does_not_fit_is_said_at_the_start() -> None:
+    with pytest.raises(Invalid, match="LD0804 the safe value of `%QX0.0` does not fit"):
+        Machine(simple([var("q", at="%QX0.0")], "LD q; ST q", safe=(("%QX0.0", 3), ("other.q", 1))))

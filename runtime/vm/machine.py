@@ -19,7 +19,7 @@ from runtime.faults import Place as CodePlace
 from runtime.values import coerce, outward
 from runtime.vm.layout import FIRST_SCAN, NOW
 from runtime.vm.loader import Code, Watchdog, load
-from runtime.vm.outputs import safe_states
+from runtime.vm.outputs import Safe, declared_safe, safe_states
 from runtime.vm.symbols import Symbol, Symbols, is_cell
 
 DEFAULT_TICK = 10_000_000
@@ -47,6 +47,7 @@ class Machine:
     an interval in the first scan at or after each multiple of it; one with SINGLE at a rising edge of
     that variable, sampled when the scan begins (and by its interval only while SINGLE is FALSE).
     Within a scan tasks go by priority, then interval (none: the base tick), then declaration.
+    Raises Invalid when a declared safe value does not fit its output.
     """
 
     program: Program
@@ -61,6 +62,7 @@ class Machine:
     schedules: list[Schedule] = field(init=False, repr=False)
     _late: list[tuple[Symbol, object]] = field(init=False, repr=False)
     _safe: list[tuple[Symbol, object]] = field(init=False, repr=False)
+    _declared: Safe = field(init=False, repr=False)
     _always: bool = field(init=False, repr=False)
     _namespace: dict[str, object] = field(init=False, repr=False)
     _watchdog: Watchdog = field(init=False, repr=False)
@@ -70,6 +72,7 @@ class Machine:
         self._namespace, self._watchdog = self.code.namespace, self.code.watchdog
         self.symbols = Symbols(self.code.layout)
         self.pending, self._late, self._safe = {}, [], []
+        self._declared = declared_safe(self.program, self.symbols)
         part = self.program.resources[self.resource]
         if self.period_ns is None:
             self.period_ns = gcd(*(t.interval for t in part.tasks if t.interval)) or DEFAULT_TICK
@@ -213,7 +216,7 @@ class Machine:
         place = trace[-1] if trace else CodePlace("", "", -1)
         self.faults.append(Fault(code, message, help_, schedule.task.name, place, trace[:-1],
                                  self.scans, self.now_ns))
-        self._safe += safe_states(self.program, self.code.layout, self.symbols, schedule.runs)
+        self._safe += safe_states(self._declared, self.code.layout, self.symbols, schedule.runs)
 
     def _hold_safe(self) -> None:
         for symbol, value in self._safe:

@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
+from ldc.diagnostics import Diagnostics, Invalid
 from ldc.expr import Place
 from ldc.il.program import Program, Unit
 from ldc.symbols import Location
 from ldc.types import Array, Instance, Struct, Type, default
 from runtime.values import coerce
-from runtime.vm.layout import Layout
+from runtime.vm.layout import Home, Layout
 from runtime.vm.symbols import Symbol, Symbols, UnknownSymbol
 
 _STORES = ("ST", "STN", "S", "R")
 
 
-def safe_states(program: Program, layout: Layout, symbols: Symbols,
-                runs: tuple[int, ...]) -> list[tuple[Symbol, object]]:
-    """The outputs (%Q) that program instances ``runs`` write, each with its safe value.
+Safe = dict[tuple[Home, tuple, int | None], object]
 
-    Declared ones (``Program.safe``, by address or path) take that value, others FALSE or 0.
-    """
-    declared = {}
+
+def declared_safe(program: Program, symbols: Symbols) -> Safe:
+    """The declared safe values (``Program.safe``) by where they belong; those of other resources are left
+    out. Raises Invalid (LD0804) when a value does not fit its output."""
+    declared: Safe = {}
+    diagnostics = Diagnostics()
     for path, value in program.safe:
         try:
             symbol = symbols.find(path)
+            declared[symbol.home, symbol.keys, symbol.bit] = coerce(value, symbol.type)
         except UnknownSymbol:
             continue
-        declared[symbol.home, symbol.keys, symbol.bit] = coerce(value, symbol.type)
+        except ValueError as error:
+            diagnostics.error("LD0804", f"the safe value of `{path}` does not fit: {error}",
+                              help=f"give a value of {symbol.type} under [safe] in ldc.toml")
+    if len(diagnostics):
+        raise Invalid(diagnostics)
+    return declared
+
+
+def safe_states(declared: Safe, layout: Layout, symbols: Symbols,
+                runs: tuple[int, ...]) -> list[tuple[Symbol, object]]:
+    """The outputs (%Q) that program instances ``runs`` write, each with its safe value: the declared one,
+    else FALSE or 0."""
     written: set[tuple[int | None, str]] = set()
     for number in runs:
         _written(layout, layout.units[layout.programs[number][0].pou.upper()], number, written, set())
@@ -38,7 +52,7 @@ def safe_states(program: Program, layout: Layout, symbols: Symbols,
         else:
             root = layout.globals.get(name)
         if root is not None and root.variable.location is not None and root.variable.location.area == "Q":
-            found += [s for s in symbols.of(root)]
+            found += symbols.of(root)
     return [(s, declared.get((s.home, s.keys, s.bit), default(s.type))) for s in found]
 
 
