@@ -45,11 +45,11 @@ CANONICAL = '''\
 PROGRAM conveyor "Infeed conveyor"
 VAR
     start  AT %IX0.0 : BOOL;  // the green button
-    stop   AT %IX0.1 : BOOL;
+    stop   AT %IX0.1 : BOOL := TRUE;
     motor  AT %QX0.0 : BOOL;
 
     (* counted here *)
-    warm   : TON;
+    warm   : TON;             (* from the motor *)
     parts  : CTU := (PV := 5);
     a, b   : INT := -1;
 END_VAR
@@ -82,10 +82,10 @@ END_PROGRAM
 TYPE
     Colour : (red, green := 5) := green;
     Point : STRUCT
-        x, y : REAL := 1.0;  // mm
+        x, y  : REAL := 1.0;  // mm
         // deep
-        z : STRUCT
-            ok : BOOL;
+        z     : STRUCT
+            ok  : BOOL;
         END_STRUCT;
     END_STRUCT;
 END_TYPE

@@ -111,6 +111,11 @@ def test_blocks_have_pins_and_power_pins() -> None:
     assert (block.power_in, block.power_out) == ("_", "Q")
 
 
+def test_functions_may_be_called_like_operators() -> None:
+    rung, = rungs("RUNG <AND(IN1 := a AND b, IN2 := c, OUT => d)> <not(a, OUT => b)> <mod(a, 2, OUT => b)> (q)")
+    assert [block.type for block in rung.paths[0].items[:3]] == ["AND", "not", "mod"]
+
+
 def test_a_jump_may_follow_a_block_without_a_space() -> None:
     rung, = rungs("RUNG [a]<MOVE(IN:=1,OUT=>x)>>>return")
     assert rung.paths[0].items[2].target == "RETURN"

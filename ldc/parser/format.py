@@ -16,7 +16,7 @@ from ldc.parser.lexer import lex
 from ldc.parser.literals import quoted
 
 INDENT = unparse.INDENT
-_WIDEST_NAME = 24
+_WIDEST_NAME, _WIDEST_LINE = 24, 60
 
 
 def format_file(file: ast.File) -> str:
@@ -26,7 +26,8 @@ def format_file(file: ast.File) -> str:
 
 class _Printer:
     """Collects lines. ``last`` is the offset in the source behind what was printed last; ``opened`` tells
-    that it was an opening line, below which no blank line stands."""
+    that it was an opening line, below which no blank line stands; ``beside`` are the lines (number, columns)
+    behind which comments stand that ``_align`` brings into one column."""
 
     def __init__(self, source_file: ast.File) -> None:
         self.tree, self.text = source_file, source_file.source.text
@@ -37,6 +38,7 @@ class _Printer:
         self.comments = Comments(self.text, free)
         self.lines: list[str] = []
         self.last, self.opened = 0, True
+        self.beside: list[tuple[int, int]] = []
 
     def file(self) -> str:
         tree = self.tree
@@ -86,6 +88,8 @@ class _Printer:
     def _line(self, text: str, end: int, opens: bool = False) -> None:
         """A line for what ends at ``end`` in the source, with the comments in it and behind it."""
         beside = self.comments.same_line(end)
+        if beside:
+            self.beside.append((len(self.lines), len(text)))
         self.lines.append(text + trailing_text(beside))
         self._printed(end, beside)
         self.opened = opens
@@ -100,6 +104,15 @@ class _Printer:
             index += step
         return index
 
+    def _align(self, first: int) -> None:
+        """Bring the comments behind the lines from ``first`` on into one column, but for very long lines."""
+        mine = [(line, width) for line, width in self.beside if line >= first and width <= _WIDEST_LINE]
+        column = max((width for _, width in mine), default=0)
+        for line, width in mine:
+            text = self.lines[line]
+            self.lines[line] = text[:width].ljust(column) + text[width:]
+        self.beside.clear()
+
     def _index(self, start: int) -> int:
         """The index of the token that begins at an offset."""
         return bisect_left(self.tokens.starts, start)
@@ -110,16 +123,21 @@ class _Printer:
         head = " ".join((block.kind, *block.qualifiers))
         first = self._token(block.kind, block.span.start, 1) + len(block.qualifiers)
         self._line(indent + head, self.tokens.ends[first], opens=True)
-        groups = [list(group) for _, group in groupby(block.variables, key=lambda v: v.group_span)]
+        top = len(self.lines)
+        self._declarations(block.variables, indent + INDENT)
+        self._align(top)
+        self._close("END_VAR", block.span.end, indent, indent + INDENT)
+
+    def _declarations(self, variables: Sequence[ast.VarDecl], indent: str) -> None:
+        """A line for each group of names, with the types in one column."""
+        groups = [list(group) for _, group in groupby(variables, key=lambda v: v.group_span)]
         names = [", ".join(v.name for v in group) for group in groups]
         width = max((len(n) for n in names if len(n) <= _WIDEST_NAME), default=0)
-        for group, text in zip(groups, names, strict=True):
-            declared = group[0]
-            self._above(declared.group_span.start, indent + INDENT)
+        for (declared, *_), text in zip(groups, names, strict=True):
+            span = declared.group_span
             place = f"AT {declared.location} : " if declared.location else ": "
-            self._declaration(f"{indent}{INDENT}{text.ljust(width)}  {place}", declared,
-                              declared.group_span.end, indent + INDENT)
-        self._close("END_VAR", block.span.end, indent, indent + INDENT)
+            self._above(span.start, indent)
+            self._declaration(f"{indent}{text.ljust(width)}  {place}", declared, span.end, indent)
 
     def _close(self, word: str, end: int, indent: str, inner: str) -> None:
         self._own_lines(self.comments.before(end - len(word)), inner)
@@ -136,12 +154,7 @@ class _Printer:
             return
         word = self._token("STRUCT", kind.span.start, 1)
         self._line(f"{head}{ranges}STRUCT", self.tokens.ends[word], opens=True)
-        for _, group in groupby(kind.fields, key=lambda f: f.group_span):
-            fields = list(group)
-            span = fields[0].group_span
-            self._above(span.start, indent + INDENT)
-            names = ", ".join(field.name for field in fields)
-            self._declaration(f"{indent}{INDENT}{names} : ", fields[0], span.end, indent + INDENT)
+        self._declarations(kind.fields, indent + INDENT)
         self._own_lines(self.comments.before(kind.span.end - len("END_STRUCT")), indent + INDENT)
         initial = "" if declared.initial is None else f" := {unparse.initial_text(declared.initial)}"
         self._line(f"{indent}END_STRUCT{initial};", end)
@@ -154,7 +167,9 @@ class _Printer:
         self._line("TYPE", self.tokens.ends[first], opens=True)
         for declared in types:
             self._above(declared.span.start, INDENT)
+            top = len(self.lines)
             self._declaration(f"{INDENT}{declared.name} : ", declared, declared.span.end, INDENT)
+            self._align(top)
         start = self.tokens.starts[self._token("END_TYPE", types[-1].span.start, 1)]
         self._close("END_TYPE", start + len("END_TYPE"), "", INDENT)
 

@@ -26,7 +26,7 @@ _SAME = """
     ACTION END_ACTION STEP END_STEP INITIAL_STEP TRANSITION END_TRANSITION FROM
 """
 KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *QUALIFIERS)} | {
-    "AND": "BINOP", "OR": "BINOP", "XOR": "BINOP", "MOD": "BINOP",
+    "AND": "WORDOP", "OR": "WORDOP", "XOR": "WORDOP", "MOD": "WORDOP",
     "TRUE": "LITERAL", "FALSE": "LITERAL", "_": "_",
 }
 """Reserved words in capitals, and the type of their tokens (IEC 61131-3, annex C, and RUNG)."""
@@ -114,5 +114,5 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
         ends.append(to)
     for index in modifiers:  # P N S R are modifiers only before a name
         if index + 1 < len(types) and types[index + 1] in ("NAME", "DIRECT"):
-            types[index] = "MOD"
+            types[index] = "MODIFIER"
     return Tokens(source, types, starts, ends, comments)

@@ -10,21 +10,22 @@ from ldc.parser.lexer import KEYWORDS, OPENING, SECTIONS
 from ldc.parser.lr import Failure
 from ldc.parser.tables import END
 
-_OPERATORS = {"BINOP", "=", "<", ">", "/", "-", "+"}
+_OPERATORS = {"BINOP", "WORDOP", "=", "<", ">", "/", "-", "+"}
 _OPERAND = {"NAME", "INTEGER", "LITERAL", "NOT", "("}
 _ELEMENT = {"[", "(", "<", "@", ">>", "{"}
 _FIRST = (")", "]", "}", ">", ";", ":", ",", "|")
 _GROUPS = (
-    (_OPERAND, "an expression", {*_OPERATORS, "DIRECT", "NUMBER", "STRING", "TEXT", "MOD", "@", "{"}),
+    (_OPERAND, "an expression", {*_OPERATORS, "DIRECT", "NUMBER", "STRING", "TEXT", "MODIFIER", "@", "{"}),
     ({"NAME", "ARRAY", "STRUCT"}, "a type", {"("}),
-    ({"NAME", "DIRECT"}, "a variable", {"/", "MOD"}),
+    ({"NAME", "WORDOP"}, "a function or an instance", {"DIRECT", "NOT"}),
+    ({"NAME", "DIRECT"}, "a variable", {"/", "MODIFIER"}),
     (_OPERATORS, "an operator", {".", "[", "("}),
     (_ELEMENT, "an element", set()),
 )
 _NAMES = {
     "NAME": "a name", "DIRECT": "an address", "INTEGER": "a number", "NUMBER": "a number", "TEXT": "a text",
-    "LITERAL": "a literal", "STRING": "a string", "MOD": "a modifier", END: "the end",
-    "BINOP": "an operator",
+    "LITERAL": "a literal", "STRING": "a string", "MODIFIER": "a modifier", END: "the end",
+    "BINOP": "an operator", "WORDOP": "an operator",
 }
 _STRUCTURE = ("RUNG", "PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "TASK",
               "END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK", "END_TYPE", "END_VAR", "END_CONFIGURATION",
@@ -118,7 +119,7 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
         return "comments are written `(* ... *)` or `// ...`"
     if text.startswith("*)", at):
         return "no comment is open here; comments do not nest"
-    if what == "rung" and kind == "BINOP" and closer == ")":
+    if what == "rung" and kind in ("BINOP", "WORDOP") and closer == ")":
         return "a coil writes one variable; put an expression into a contact, `[a AND b]`"
     if what == "rung" and kind == "NAME" and not closer and "element" in wanted:
         return "contacts stand in `[ ]`, coils in `( )`, blocks in `< >`; statements belong into a .st file"

@@ -12,7 +12,7 @@ from ldc.parser.lexer import BAD, OPENING, Tokens
 from ldc.parser.literals import Malformed
 from ldc.parser.tables import tables
 
-_OPERATORS = frozenset(("BINOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
+_OPERATORS = frozenset(("BINOP", "WORDOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
 _PREFIXES = ("NOT", "-", "+")
 _SHOWN = 20
 
