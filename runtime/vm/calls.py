@@ -16,6 +16,7 @@ from runtime.vm.layout import slot
 from runtime.vm.memory import Memory
 
 _INTEGERS = ("int", "uint", "bits")
+SELECTIONS = ("MIN", "MAX", "LIMIT")
 
 
 class Calls:
@@ -95,6 +96,8 @@ class Calls:
             (g, dg), (a, da), (b, db) = (ex.within(x, ex.OR) for x in args)
             return Expression(f"({b} if {g} else {a})", result, ex.ATOM,
                               args[0].reads | args[1].reads | args[2].reads, max(dg, da, db) + 1)
+        if name in SELECTIONS and len(args) > 1 and all(is_integral(a.type) for a in args):
+            return _select(name, args, result)
         if "_TO_" in name and "BCD" not in name and len(args) == 1:
             return _convert(args[0], plain(args[0].type), plain(result))
         return None
@@ -103,6 +106,26 @@ class Calls:
 def plain(type_: Type) -> Type:
     """Subranges and enumerations as the elementary types that they are stored as."""
     return storage(type_) if isinstance(type_, Subrange | Enum) else type_
+
+
+def is_integral(type_: Type) -> bool:
+    """Whether values of the type are numbers that Python compares as ints: integers, bit strings, TIME."""
+    kind = storage(type_)
+    return isinstance(kind, Elementary) and kind.kind in (*_INTEGERS, "time")
+
+
+def _select(name: str, args: list[Expression], result: Type) -> Expression | None:
+    """MIN, MAX and LIMIT of two or three values that cost nothing to be read twice."""
+    if name == "LIMIT":
+        low, value, high = (a.text for a in args)
+        text = f"({high} if {value} > {high} or {low} > {high} else {low} if {value} < {low} else {value})"
+    elif len(args) == 2:
+        sign = "<=" if name == "MIN" else ">="
+        first, second = args[0].text, args[1].text
+        text = f"({first} if {first} {sign} {second} else {second})"
+    else:
+        return None
+    return Expression(text, result, ex.ATOM, frozenset().union(*(a.reads for a in args)), 1)
 
 
 def _convert(value: Expression, source: Type, target: Type) -> Expression | None:

@@ -15,6 +15,7 @@ from ldc.il.program import Instr
 from ldc.types import REAL, Instance, Type, default, is_scalar, storage
 from runtime.vm import expression as ex
 from runtime.vm.access import Access
+from runtime.vm.calls import SELECTIONS, is_integral
 from runtime.vm.control import JUMPS, Flat
 from runtime.vm.expression import Expression
 from runtime.vm.layout import slot
@@ -295,7 +296,10 @@ class Body(Access):
         args = [] if self.pool.ignores_accumulator(instr.name) else [self._accumulator()]
         args += [self._load(a) for a in instr.args]
         if unit is None:
-            made = self.pool.inline(instr.name, [self._whole(a) for a in args], instr.type)
+            args = [self._whole(a) for a in args]
+            if instr.name in SELECTIONS and all(is_integral(a.type) for a in args):
+                args = [a if a.is_atom or a.text.lstrip("-").isdigit() else self._spill(a) for a in args]
+            made = self.pool.inline(instr.name, args, instr.type)
             if made is not None:
                 self.acc = self._small(made)
             elif instr.name in ("ADD", "SUB", "MUL", "DIV", "MOD") and len(args) == 2:
