@@ -6,7 +6,8 @@ instances ``u0``..``u9`` (CTUD) and ``t0``..``t9`` (TON).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cache
 from random import Random
 from typing import Any
 
@@ -17,12 +18,13 @@ from ldc.expr import Expr, Load, Place
 from ldc.graph import rules
 from ldc.graph.build import build
 from ldc.graph.rung import RungGraph
-from ldc.library import functions
+from ldc.library import blocks, functions
 from ldc.model import Scope, resolve
-from ldc.model.elements import Block
+from ldc.model.elements import Block, Contact
+from ldc.model.project import Model
 from ldc.parser import ast, parse_file
-from ldc.source import SourceFile
-from ldc.types import BOOL, Type, default
+from ldc.source import SourceFile, Span
+from ldc.types import BOOL, Instance, Type, default
 
 DECLARATIONS = f"""VAR
     {", ".join(f"a{n}" for n in range(6))}, {", ".join(f"q{n}" for n in range(4))} : BOOL;
@@ -35,15 +37,49 @@ END_VAR
 
 def drawn(text: str) -> tuple[RungGraph | None, list[Diagnostic]]:
     """The graph of a rung, None when it breaks a rule, and everything that was found."""
-    source = SourceFile("rung.ld", f"PROGRAM main\n{DECLARATIONS}RUNG r\n{text}\nRUNG other\n(q0)\nEND_PROGRAM\n")
     diagnostics = Diagnostics()
-    file = parse_file(source, diagnostics)
-    model = resolve(ast.Project((file,)), diagnostics)
-    assert not diagnostics.has_errors, [d.message for d in diagnostics]
-    rung = file.pous[0].body.rungs[0]
-    graph = build(rung, "r", Scope(model, "main"), diagnostics)
+    graph = _built(text, diagnostics)
     fine = graph is not None and rules.check(graph, diagnostics)
     return (graph if fine else None), list(diagnostics)
+
+
+def drawn_unchecked(text: str) -> RungGraph:
+    graph = _built(text, Diagnostics())
+    assert graph is not None
+    return graph
+
+
+def _built(text: str, diagnostics: Diagnostics) -> RungGraph | None:
+    (rung,) = _parsed(f"PROGRAM main\nRUNG r\n{text}\nEND_PROGRAM\n", diagnostics).pous[0].body.rungs
+    return build(rung, "r", Scope(_model(), "main"), diagnostics)
+
+
+def _parsed(text: str, diagnostics: Diagnostics) -> ast.File:
+    file = parse_file(SourceFile("rung.ld", text), diagnostics)
+    assert not diagnostics.has_errors, [d.message for d in diagnostics]
+    return file
+
+
+@cache
+def _model() -> Model:
+    """The declarations are resolved once for all tests."""
+    found = Diagnostics()
+    file = _parsed(f"PROGRAM main\n{DECLARATIONS}RUNG other\n(q0)\nEND_PROGRAM\n", found)
+    return resolve(ast.Project((file,)), found)
+
+
+def plain_graph(elements: Sequence[tuple]) -> RungGraph:
+    """A graph of (head, tail) for contacts and (head, tail, "block") for timers, made without a text."""
+    made, span = [], Span(SourceFile("rung.ld", ""), 0, 0)
+    for n, (_, _, *kind) in enumerate(elements):
+        if kind:
+            made.append(Block("TON", blocks.signature("TON"), Place(f"t{n}", Instance("TON")), (), (), "IN", "Q", span))
+        else:
+            made.append(Contact("open", Load(Place(f"a{n}", BOOL)), span))
+    nets = max(max(e[:2]) for e in elements) + 1
+    names = ("rail", *(f"#{n}" for n in range(1, nets)))
+    return RungGraph("r", "r", None, tuple(made), tuple(e[0] for e in elements), tuple(e[1] for e in elements),
+                     names, span)
 
 
 def graph_of(text: str) -> RungGraph:
@@ -64,7 +100,7 @@ def random_text(random: Random, *, loops: bool = False, blocks: bool = True) -> 
 
 
 def texts(**options: bool) -> st.SearchStrategy[str]:
-    return st.randoms(use_true_random=False).map(lambda random: random_text(random, **options))
+    return st.integers(0, 1 << 32).map(lambda seed: random_text(Random(seed), **options))
 
 
 class _Random:

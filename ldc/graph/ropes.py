@@ -26,8 +26,8 @@ def strands(kind: str, rope: Rope) -> list[Rope]:
 def grow(
     rope: Rope, pins_of: Callable[[int], Sequence[tuple[str, Rope]]], position: Sequence[int],
 ) -> Grown:
-    """The tree of ``rope`` and the position of its first element in the schedule (late when it has
-    none). ``pins_of``: the pin ropes of a block; ``position``: element to its place in the schedule."""
+    """The tree of ``rope`` and the position in the schedule of the element that it executes first (late
+    when it has none). ``pins_of``: the pin ropes of a block; ``position``: element to its place in the schedule."""
     frames: list[tuple[object, list[Rope], list[Grown]]] = [("", [rope], [])]
     while True:
         what, pending, done = frames[-1]
@@ -48,16 +48,18 @@ def grow(
         frames.pop()
         if not frames:
             return done[0]
-        first = min([at for _, at in done])
-        if what is SERIES:
-            tree: Tree = Series(tuple([tree for tree, _ in done]))
-        elif what is PARALLEL:
+        if what is PARALLEL:
             done.sort(key=_first)
-            tree = Parallel(tuple([tree for tree, _ in done]))
+        first = next((at for _, at in done if at != _LATE), _LATE)
+        members = tuple([tree for tree, _ in done])
+        if what is SERIES:
+            tree: Tree = Series(members)
+        elif what is PARALLEL:
+            tree = Parallel(members)
         else:
             index, names = what
-            tree = Leaf(index, tuple(zip(names, [tree for tree, _ in done])))
-            first = min(first, position[index])
+            tree = Leaf(index, tuple(zip(names, members)))
+            first = position[index] if first == _LATE else first
         frames[-1][2].append((tree, first))
 
 

@@ -149,9 +149,9 @@ def _first_component(graph: RungGraph, *, blocks: bool) -> list[int]:
 
 
 def _reached(graph: RungGraph) -> set[int]:
-    """The elements that power from the left rail can come to: one of their nets is fed from there."""
-    reached = {index for index in range(len(graph.elements))
-               if not graph.sources(index) or RAIL in graph.sources(index)}
+    """The elements that power can come to: from the left rail, or from a block that needs none."""
+    reached = {index for index, element in enumerate(graph.elements)
+               if RAIL in graph.sources(index) or isinstance(element, Block) and element.power_in is None}
     work = sorted(reached)
     while work:
         for net in graph.targets(work.pop()):
