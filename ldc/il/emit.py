@@ -107,6 +107,8 @@ class Emitter:
         self._counts: dict[Type, int] = {}
         self._labels = 0
         self._depths: dict[int, tuple[Value, int]] = {}
+        # Which element an expression stems from, by identity; the expression is held with it.
+        self._owners: dict[int, tuple[Value, int, Span | None]] = {}
 
     # -- building blocks
 
@@ -122,6 +124,13 @@ class Emitter:
         name = f"_ldc_{stem}{'' if stem == 't' else '_'}{number}"
         self.temps[name] = Variable(name, type_, "temp")
         return Place(name, type_)
+
+    def own(self, expr: Value) -> Value:
+        """Notes that ``expr``, which may be computed later, stems from the current element."""
+        self._owners[id(expr)] = expr, self.element, self.span
+        if _is_not(expr):
+            self.own(expr.args[0])
+        return expr
 
     def label(self) -> str:
         self._labels += 1
@@ -198,6 +207,13 @@ class Emitter:
         return _DEEPEST if self.max_paren_depth is None else min(self.max_paren_depth, _DEEPEST)
 
     def _prepare(self, expr: Value, budget: int) -> Value:
+        prepared = self._prepared(expr, budget)
+        owner = self._owners.get(id(expr))
+        if owner is not None and prepared is not expr:
+            self._owners[id(prepared)] = prepared, *owner[1:]
+        return prepared
+
+    def _prepared(self, expr: Value, budget: int) -> Value:
         match expr:
             case Load(place):
                 simple = self.place(place)
@@ -284,6 +300,21 @@ class Emitter:
     # -- the expression itself
 
     def _generate(self, expr: Value) -> None:
+        outer = self._enter(expr)
+        self._generate_here(expr)
+        self.element, self.span = outer
+
+    def _enter(self, expr: Value) -> tuple[int, Span | None]:
+        """Instructions from now on stem from ``expr``; gives what they stemmed from before."""
+        outer = self.element, self.span
+        owner = self._owners.get(id(expr))
+        if owner is not None:
+            _, self.element, self.span = owner
+        if isinstance(expr, Apply) and expr.span is not None:
+            self.span = expr.span
+        return outer
+
+    def _generate_here(self, expr: Value) -> None:
         match expr:
             case Held():
                 if expr != self._acc:
@@ -305,6 +336,11 @@ class Emitter:
                 self.put("FN", None, type_, op, tuple(self._operand(a) for a in args[1:]))
 
     def _apply(self, op: str, type_: Type, arg: Value) -> None:
+        outer = self._enter(arg) if op in LOGIC else (self.element, self.span)
+        self._apply_here(op, type_, arg)
+        self.element, self.span = outer
+
+    def _apply_here(self, op: str, type_: Type, arg: Value) -> None:
         if _is_simple(arg):
             self.put(op, self._operand(arg), type_)
             return

@@ -194,7 +194,7 @@ class _Lowering:
             emit.value(now)
             emit.store(memory.place)
             return _and(power, edge)
-        item = negation(contact.expr) if contact.kind == "closed" else contact.expr
+        item = emit.own(negation(contact.expr) if contact.kind == "closed" else contact.expr)
         if power == TRUE or not can_fault(contact.expr):
             return _and(power, item)
         result, skip = emit.temp(BOOL), emit.label()
