@@ -218,7 +218,7 @@ class _Compile:
                 unit = text.parse_unit(pou, scope, self.diagnostics)
             return None if unit is None else (unit, ())
         self.diagnostics.error(
-            "LD0902", f"the body of {pou.name} is Structured Text, which this version of ldc does not compile",
+            "LD0520", f"the body of {pou.name} is Structured Text, which this version of ldc does not compile",
             pou.span, "an ST body", help="write the body as ladder or IL")
         return None
 

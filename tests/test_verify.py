@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from ldc import pipeline
-from ldc.il.verify import verify
+from ldc.cli.main import main
 from ldc.graph.memory import memories
+from ldc.il.verify import verify
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
 from ldc.source import SourceFile
@@ -113,3 +114,21 @@ def test_a_wrong_verdict_names_what_differs_and_an_example() -> None:
     verdict = judged(result, made, wrong)
     assert verdict.stage == "il" and verdict.what == "the value of Q"
     assert {name for name, _ in verdict.example} == {"A", "B", "Q"}
+
+
+def test_a_compiler_that_slips_is_stopped(monkeypatch, tmp_path, capsys) -> None:
+    """No input is known that does it, so a slip is put into the lowering."""
+    right = pipeline.lower
+
+    def wrong(*args, **options):
+        lowered = right(*args, **options)
+        first, *rest = lowered.code.code
+        return replace(lowered, code=replace(lowered.code, code=(replace(first, op="LDN"), *rest)))
+
+    monkeypatch.setattr(pipeline, "lower", wrong)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p.ld").write_text("PROGRAM p VAR a, q : BOOL; END_VAR\nRUNG seal { [a] | [q] } (q)\nEND_PROGRAM\n")
+    assert main(["compile", "p.ld", "-o", "p.il"]) == 3
+    shown = capsys.readouterr()
+    assert "LD0901" in shown.err and "the value of Q" in shown.err and not shown.out
+    assert not (tmp_path / "p.il").exists()
