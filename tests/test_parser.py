@@ -112,7 +112,7 @@ def test_blocks_have_pins_and_power_pins() -> None:
 
 
 def test_functions_may_be_called_like_operators() -> None:
-    rung, = rungs("RUNG <AND(IN1 := a AND b, IN2 := c, OUT => d)> <not(a, OUT => b)> <mod(a, 2, OUT => b)> (q)")
+    rung, = rungs("RUNG <AND(a AND b, c, OUT => d)> <not(a, OUT => b)> <mod(a, 2, OUT => b)> (q)")
     assert [block.type for block in rung.paths[0].items[:3]] == ["AND", "not", "mod"]
 
 
