@@ -1,0 +1,76 @@
+"""What the documents say is there, is there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ldc import manifest
+from ldc.cli.arguments import make_parser
+from ldc.cli.main import main
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md")] + sorted((ROOT / "docs").rglob("*.md"))
+
+
+def exists(document: Path, name: str) -> bool:
+    return any((folder / name).exists() for folder in (document.parent, ROOT, ROOT / "ldc"))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(document: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)[^)]*\)", document.read_text(encoding="utf-8"))
+    assert [link for link in links if not link.startswith("http") and not (document.parent / link).exists()] == []
+
+
+def test_the_files_that_the_architecture_names_exist() -> None:
+    document = ROOT / "ARCHITECTURE.md"
+    named = set(re.findall(r"`((?:ldc|runtime|tests|docs|script)/[\w./-]*\w)`", document.read_text(encoding="utf-8")))
+    assert len(named) > 30
+    assert [name for name in sorted(named) if not exists(document, name) and "LDnnnn" not in name] == []
+    for package, files in re.findall(r"^\| `(ldc/\w+|runtime)` \|[^|]*\|([^|]*)\|$", document.read_text(), re.MULTILINE):
+        for name in re.findall(r"`([\w/]+\.(?:py|lark))`", files):
+            assert (ROOT / package / name).exists(), f"{package}: no {name}"
+
+
+def test_every_package_has_a_row_in_the_architecture() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    packages = [path.parent.name for path in (ROOT / "ldc").glob("*/__init__.py")]
+    assert [name for name in packages if f"`ldc/{name}`" not in text] == []
+
+
+def test_the_first_program_of_the_readme_compiles_and_runs(tmp_path: Path, monkeypatch, capsys) -> None:
+    (program,) = re.findall(r"```\n(PROGRAM .*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "main.ld").write_text(program)
+    (tmp_path / "inputs.csv").write_text("scan,start\n1,1\n7,0\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "main.ld"]) == 0
+    assert main(["fmt", "--check", "main.ld"]) == 0
+    assert main(["run", "main.ld", "--inputs", "inputs.csv"]) == 0
+    assert "scan     6        60 ms  ready=1\n" in capsys.readouterr().out
+
+
+def test_the_example_of_the_manifest_is_one_and_every_key_is_described(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "manifest.md").read_text(encoding="utf-8")
+    for table in (manifest.ProjectTable, manifest.TaskTable, manifest.MemoryTable, manifest.RunTable):
+        for field in msgspec.structs.fields(table):
+            assert f"`{field.name}`" in text
+    (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    found = manifest.Diagnostics()
+    source = manifest.SourceFile("ldc.toml", example)
+    assert manifest.load_manifest(source, tmp_path, found) is not None and not len(found)
+
+
+def test_every_option_is_in_the_description_of_the_command_line() -> None:
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    (commands,) = [a.choices for a in make_parser()._actions if isinstance(a.choices, dict)]
+    for name, parser in commands.items():
+        line = next(line for line in text.splitlines() if line.strip().startswith(f"ldc {name}"))
+        for action in parser._actions:
+            option = max(action.option_strings, key=len, default="")
+            assert option in line or option == "--help", f"ldc {name}: {option}"
+            for choice in action.choices or ():
+                assert choice in line, f"ldc {name} {option}: {choice}"
