@@ -39,7 +39,7 @@ def page(code: str) -> Page | None:
 
 
 def nearest(code: str, count: int = 3) -> tuple[str, ...]:
-    """Codes that look most like what was asked for: those that go on from it, then those that differ little."""
+    """Codes that look most like what was asked for: those that go on from it, then near ones."""
     asked = code.upper() if code[:1].isalpha() else f"LD{code}"
     begun = [known for known in codes() if len(asked) > 2 and known.startswith(asked)]
     close = difflib.get_close_matches(asked, codes(), count, 0.6)

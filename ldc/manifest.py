@@ -1,11 +1,11 @@
 """The project file `ldc.toml`, and which sources the arguments of a command mean.
 
-    [project]     name, version, sources (globs), modules (names in order)
-    [processors]  name = "master" | "slave"
-    [tasks.NAME]  interval, priority, programs, processor
-    [memory]      image_bytes (of each of %I, %Q and %M)
-    [safe]        output = value that it takes after a fault
-    [run]         period, watch, inputs
+[project]     name, version, sources (globs), modules (names in order)
+[processors]  name = "master" | "slave"
+[tasks.NAME]  interval, priority, programs, processor
+[memory]      image_bytes (of each of %I, %Q and %M)
+[safe]        output = value that it takes after a fault
+[run]         period, watch, inputs
 """
 
 from __future__ import annotations
@@ -127,7 +127,8 @@ def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sourc
     if len(manifests) > 1:
         first, second = list(manifests.values())[:2]
         diagnostics.error(
-            "LD0608", f"two projects at once: `{first.source.path}` and `{second.source.path}`",
+            "LD0608",
+            f"two projects at once: `{first.source.path}` and `{second.source.path}`",
             help="name one of them; files of the other can be named one by one",
         )
     files = [read_source(path, shown, diagnostics) for path, shown in found.items()]
@@ -147,9 +148,12 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     memory = tables.table(("memory",), MemoryTable)
     run = tables.table(("run",), RunTable)
     processors = {
-        name: tables.value(("processors", name), value, Role) for name, value in tables.mapping("processors").items()
+        name: tables.value(("processors", name), value, Role)
+        for name, value in tables.mapping("processors").items()
     } or {"master": "master"}
-    safe = {name: tables.value(("safe", name), value, SafeValue) for name, value in tables.mapping("safe").items()}
+    safe = {
+        name: tables.value(("safe", name), value, SafeValue) for name, value in tables.mapping("safe").items()
+    }
     tasks = tuple(_task(name, tables, processors) for name in tables.mapping("tasks"))
     period = _duration(tables, ("run", "period"), run.period) if run.period else None
     _check_modules(tables, project.modules)
@@ -157,9 +161,20 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     if len(diagnostics) > before:
         return None
     return Manifest(
-        source, folder, project.name or folder.resolve().name, project.version, project.sources,
-        project.modules, processors, tasks, memory.image_bytes, safe, period, run.watch,
-        run.inputs, tables.spans,
+        source,
+        folder,
+        project.name or folder.resolve().name,
+        project.version,
+        project.sources,
+        project.modules,
+        processors,
+        tasks,
+        memory.image_bytes,
+        safe,
+        period,
+        run.watch,
+        run.inputs,
+        tables.spans,
     )
 
 
@@ -169,7 +184,8 @@ def _task(name: str, tables: Tables, processors: dict[str, str]) -> TaskSetting:
     interval = _duration(tables, (*path, "interval"), table.interval) if table.interval else None
     if table.processor not in processors:
         tables.wrong(
-            (*path, "processor"), f"task `{name}` runs on `{table.processor}`, which is no processor of this project",
+            (*path, "processor"),
+            f"task `{name}` runs on `{table.processor}`, which is no processor of this project",
             f"processors: {', '.join(processors)}",
         )
     return TaskSetting(name, interval, table.priority, table.programs, table.processor)
@@ -179,7 +195,9 @@ def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:
     """Nanoseconds of a duration that must be greater than 0."""
     value = parse_duration(text)
     if value is None or value <= 0:
-        tables.wrong(path, f"`{text}` is not a time between two scans", "write a number and a unit: 500us, 10ms, 1s")
+        tables.wrong(
+            path, f"`{text}` is not a time between two scans", "write a number and a unit: 500us, 10ms, 1s"
+        )
     return value or 1
 
 
@@ -187,14 +205,17 @@ def _check_modules(tables: Tables, modules: Sequence[str]) -> None:
     """The place of a module in the list is its index, so a name may stand there once."""
     for index, name in enumerate(modules):
         if name.upper() in (other.upper() for other in modules[:index]):
-            tables.wrong(("project", "modules"), f"module `{name}` is listed twice", "the order gives each its index")
+            tables.wrong(
+                ("project", "modules"), f"module `{name}` is listed twice", "the order gives each its index"
+            )
 
 
 def _check_processors(tables: Tables, processors: dict[str, str]) -> None:
     masters = [name for name, role in processors.items() if role == "master"]
     if len(masters) != 1 and None not in processors.values():
         tables.wrong(
-            ("processors",), f"a project has one master, this one has {', '.join(masters) or 'none'}",
+            ("processors",),
+            f"a project has one master, this one has {', '.join(masters) or 'none'}",
             'give the role "master" to one processor and "slave" to the others',
         )
 
@@ -205,7 +226,8 @@ def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
     for pattern in manifest.sources:
         try:
             hits = [
-                path for path in manifest.folder.glob(pattern)
+                path
+                for path in manifest.folder.glob(pattern)
                 if path.suffix.lower() in EXTENSIONS and path.is_file() and not _hidden(path, manifest.folder)
             ]
         except (ValueError, NotImplementedError, IndexError):
@@ -213,13 +235,17 @@ def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
         explicit = manifest.value_span("project", "sources")
         if not hits and explicit:
             diagnostics.error(
-                "LD0613", f"`{pattern}` matches no source", explicit, f"looked in `{_shown(manifest.folder)}`",
+                "LD0613",
+                f"`{pattern}` matches no source",
+                explicit,
+                f"looked in `{_shown(manifest.folder)}`",
                 help="sources are .ld, .st and .il files; folders whose name begins with a dot are left out",
             )
         files.update(hits)
     if not files and not manifest.value_span("project", "sources"):
         diagnostics.error(
-            "LD0607", f"the project `{manifest.name}` has no sources",
+            "LD0607",
+            f"the project `{manifest.name}` has no sources",
             help=f"put a .ld file beside `{manifest.source.path}`, or name the sources under [project]",
         )
     return sorted(files, key=lambda path: path.relative_to(manifest.folder).parts)
@@ -255,6 +281,7 @@ def _no_manifest(folder: Path, argument: str, diagnostics: Diagnostics) -> None:
 def _unknown_kind(path: Path, argument: str, diagnostics: Diagnostics) -> None:
     kind = f"`{path.suffix}` files" if path.suffix else "files without an extension"
     diagnostics.error(
-        "LD0605", f"cannot compile `{argument}`: ldc does not read {kind}",
+        "LD0605",
+        f"cannot compile `{argument}`: ldc does not read {kind}",
         help=f"sources end in {', '.join(EXTENSIONS)}; a project is an {NAME} or a folder with one",
     )

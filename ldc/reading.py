@@ -31,7 +31,9 @@ def read_source(path: Path, shown: str, diagnostics: Diagnostics) -> SourceFile 
         return None
     if len(data) > LIMIT:
         diagnostics.error(
-            "LD0604", f"`{shown}` is larger than {LIMIT // (1024 * 1024)} MiB", help="split it into several sources"
+            "LD0604",
+            f"`{shown}` is larger than {LIMIT // (1024 * 1024)} MiB",
+            help="split it into several sources",
         )
         return None
     return _decode(data, shown, diagnostics)
@@ -40,7 +42,10 @@ def read_source(path: Path, shown: str, diagnostics: Diagnostics) -> SourceFile 
 def missing(shown: str, diagnostics: Diagnostics, help: str = "", span: Span | None = None) -> None:
     """Report a file or folder that does not exist."""
     diagnostics.error(
-        "LD0601", f"there is no file or folder `{shown}`", span, help=help or "check the spelling and the folder"
+        "LD0601",
+        f"there is no file or folder `{shown}`",
+        span,
+        help=help or "check the spelling and the folder",
     )
 
 
@@ -60,8 +65,11 @@ def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | N
         as_latin = f" (in Latin-1 it is `{guess}`)" if guess.isprintable() else ""
         help = f"save the file as UTF-8{as_latin}, for example: iconv -f latin1 -t utf-8 OLD > NEW"
     diagnostics.error(
-        "LD0603", f"`{shown}` is not UTF-8 text", Span(source, len(before), len(before) + 1),
-        f"byte 0x{data[at]:02X} at offset {at:,}", help=help,
+        "LD0603",
+        f"`{shown}` is not UTF-8 text",
+        Span(source, len(before), len(before) + 1),
+        f"byte 0x{data[at]:02X} at offset {at:,}",
+        help=help,
     )
     return None
 

@@ -14,8 +14,13 @@ SHOWN = 50
 
 _TAB = 4
 _ANSI = {
-    "error": "1;31", "warning": "1;33", "note": "1;36", "help": "1;32",
-    "title": "1", "frame": "34", "secondary": "34",
+    "error": "1;31",
+    "warning": "1;33",
+    "note": "1;36",
+    "help": "1;32",
+    "title": "1",
+    "frame": "34",
+    "secondary": "34",
 }
 
 
@@ -87,7 +92,9 @@ def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
         if marks:
             lines.append(" " * gutter + paint("frame", " |", color))
         first, *rest = visible_lines(diagnostic.help)
-        lines.append(" " * (gutter + 1) + paint("frame", "= ", color) + paint("help", "help", color) + f": {first}")
+        lines.append(
+            " " * (gutter + 1) + paint("frame", "= ", color) + paint("help", "help", color) + f": {first}"
+        )
         lines += [" " * (gutter + 9) + line for line in rest]
     return "\n".join(lines) + "\n"
 
@@ -116,8 +123,13 @@ def _marks(diagnostic: Diagnostic) -> dict[SourceFile, dict[int, list[_Mark]]]:
 
 
 def _excerpt(
-    diagnostic: Diagnostic, source: SourceFile, group: dict[int, list[_Mark]], first: bool,
-    gutter: int, color: bool, width: int,
+    diagnostic: Diagnostic,
+    source: SourceFile,
+    group: dict[int, list[_Mark]],
+    first: bool,
+    gutter: int,
+    color: bool,
+    width: int,
 ) -> list[str]:
     """The file's name and place, then its marked lines."""
     line = diagnostic.primary.span.position[0] if first and diagnostic.primary else min(group)
@@ -142,13 +154,14 @@ def _numbered(number: int, gutter: int, text: str, color: bool) -> str:
     return (paint("frame", f"{number:>{gutter}} |", color) + f" {text}").rstrip()
 
 
-def _line(
-    text: str, number: int, marks: Sequence[_Mark], gutter: int, color: bool, width: int
-) -> list[str]:
+def _line(text: str, number: int, marks: Sequence[_Mark], gutter: int, color: bool, width: int) -> list[str]:
     """One source line, the carets under it, and the texts of its labels."""
     focus = min(marks, key=lambda m: not m.primary).start
     shown, columns, inside = _window(text, focus, max(width - gutter - 4, 20))
-    marks = [m if m.start in inside else replace(m, text=f"{m.text} (column {m.start + 1})".lstrip()) for m in marks]
+    marks = [
+        m if m.start in inside else replace(m, text=f"{m.text} (column {m.start + 1})".lstrip())
+        for m in marks
+    ]
     bar = " " * (gutter + 1) + paint("frame", "|", color) + " "
     placed = sorted(
         ((columns(m.start), max(columns(m.end), columns(m.start) + 1), m) for m in marks),
@@ -182,7 +195,7 @@ def diagnostic_style(mark: _Mark) -> str:
 
 
 def _window(text: str, focus: int, room: int):
-    """The part of a line around character `focus` that fits, and the map from characters to columns, and which they are."""
+    """The part of a line around `focus` that fits, its map from characters to columns, and which they are."""
     low, high = 0, len(text)
     if len(text) > room:
         low = max(0, min(focus - room // 3, len(text) - room + 2))

@@ -43,7 +43,11 @@ def sarif_report(diagnostics: Iterable[Diagnostic]) -> str:
         "runs": [
             {
                 "tool": {
-                    "driver": {"name": "ldc", "version": __version__, "rules": [_rule(code) for code in rules]}
+                    "driver": {
+                        "name": "ldc",
+                        "version": __version__,
+                        "rules": [_rule(code) for code in rules],
+                    }
                 },
                 "columnKind": "unicodeCodePoints",
                 "results": [_result(d, rules.index(d.code)) for d in found],
@@ -58,8 +62,12 @@ def _place(label: Label) -> dict[str, Any]:
     line, column = source.position(label.span.start)
     end_line, end_column = source.position(max(label.span.end, label.span.start))
     return {
-        "file": source.path, "line": line, "column": column,
-        "end_line": end_line, "end_column": end_column, "label": label.text,
+        "file": source.path,
+        "line": line,
+        "column": column,
+        "end_line": end_line,
+        "end_column": end_column,
+        "label": label.text,
     }
 
 
@@ -77,7 +85,10 @@ def _rule(code: str) -> dict[str, Any]:
 def _result(diagnostic: Diagnostic, rule: int) -> dict[str, Any]:
     text = diagnostic.message + (f"\nhelp: {diagnostic.help}" if diagnostic.help else "")
     result: dict[str, Any] = {
-        "ruleId": diagnostic.code, "ruleIndex": rule, "level": diagnostic.severity.value, "message": {"text": text},
+        "ruleId": diagnostic.code,
+        "ruleIndex": rule,
+        "level": diagnostic.severity.value,
+        "message": {"text": text},
     }
     if diagnostic.primary:
         result["locations"] = [_location(diagnostic.primary)]
@@ -92,8 +103,10 @@ def _location(label: Label) -> dict[str, Any]:
         "physicalLocation": {
             "artifactLocation": {"uri": _uri(place["file"])},
             "region": {
-                "startLine": place["line"], "startColumn": place["column"],
-                "endLine": place["end_line"], "endColumn": place["end_column"],
+                "startLine": place["line"],
+                "startColumn": place["column"],
+                "endLine": place["end_line"],
+                "endColumn": place["end_column"],
             },
         }
     }

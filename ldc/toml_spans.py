@@ -45,8 +45,10 @@ def toml_spans(source: SourceFile) -> dict[tuple[str, ...], Entry]:
             continue
         begin = _BLANK.match(text, at + 1).end()
         at = _value(text, begin)
-        found.setdefault(prefix + path, Entry(Span(source, key.start, start + len(key.text.rstrip())),
-                                              Span(source, begin, at)))
+        found.setdefault(
+            prefix + path,
+            Entry(Span(source, key.start, start + len(key.text.rstrip())), Span(source, begin, at)),
+        )
     return found
 
 

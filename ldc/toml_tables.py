@@ -19,8 +19,13 @@ T = TypeVar("T", bound=Struct)
 Path = tuple[str, ...]
 
 _WORDS = {
-    "str": "a text in quotes", "int": "a whole number", "float": "a number", "bool": "true or false",
-    "array": "a list in brackets", "object": "a table", "null": "nothing",
+    "str": "a text in quotes",
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "array": "a list in brackets",
+    "object": "a table",
+    "null": "nothing",
 }
 _EXPECTED = re.compile(r"Expected `([^`]+)`(?:, got `([^`]+)`| (?:of length )?(.+?))?(?: - at `\$(.*)`)?\Z")
 
@@ -43,13 +48,18 @@ class Tables:
         for key in path:
             data = data.get(key, {})
         if not isinstance(data, dict):
-            self.wrong(path, f"`{'.'.join(path)}` must be a table", f"write [{'.'.join(path)}] on a line of its own")
+            self.wrong(
+                path, f"`{'.'.join(path)}` must be a table", f"write [{'.'.join(path)}] on a line of its own"
+            )
             return kind()
         fields = {f.encode_name: f for f in msgspec.structs.fields(kind)}
         self._check_keys(path, data, tuple(fields))
         good = {}
         for name, value in data.items():
-            if name in fields and (checked := self.value((*path, name), value, fields[name].type)) is not None:
+            if (
+                name in fields
+                and (checked := self.value((*path, name), value, fields[name].type)) is not None
+            ):
                 good[name] = checked
         return kind(**good)
 
@@ -84,7 +94,10 @@ class Tables:
             )
             where = f"[{'.'.join(path)}]" if path else "the project file"
             self._diagnostics.error(
-                "LD0611", f"{where} has no key `{key}`", entry.key if entry else None, "not known",
+                "LD0611",
+                f"{where} has no key `{key}`",
+                entry.key if entry else None,
+                "not known",
                 help=f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(known)}",
             )
 
@@ -103,8 +116,11 @@ def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] |
         offset = source.line_starts[int(match[1]) - 1] + int(match[2]) - 1
     what = text[: match.start()] if match else text
     diagnostics.error(
-        "LD0610", f"`{source.path}` is not valid TOML", Span(source, offset, offset + 1),
-        what[:1].lower() + what[1:], help="a text stands in quotes, a list in brackets, a table begins with [name]",
+        "LD0610",
+        f"`{source.path}` is not valid TOML",
+        Span(source, offset, offset + 1),
+        what[:1].lower() + what[1:],
+        help="a text stands in quotes, a list in brackets, a table begins with [name]",
     )
     return None
 

@@ -40,7 +40,9 @@ def compare(path: Path, text: str, update: bool) -> None:
         expected.splitlines(keepends=True), text.splitlines(keepends=True), str(shown), "produced now"
     )
     lines = [line if line.endswith("\n") else line + "\n\\ no newline at the end\n" for line in difference]
-    pytest.fail(f"{shown} differs (if that is meant, run pytest --update-golden):\n{''.join(lines)}", pytrace=False)
+    pytest.fail(
+        f"{shown} differs (if that is meant, run pytest --update-golden):\n{''.join(lines)}", pytrace=False
+    )
 
 
 @pytest.fixture
@@ -56,7 +58,7 @@ def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
 
 @pytest.fixture
 def golden_at(request: pytest.FixtureRequest) -> Callable[[Path, str], None]:
-    """`golden_at(path, text)`: the same for a file that lies beside what it belongs to (tests/errors, samples)."""
+    """`golden_at(path, text)`: the same for a file beside what it belongs to (tests/errors, samples)."""
     update = bool(request.config.getoption("--update-golden"))
 
     def check(path: Path, text: str) -> None:

@@ -69,8 +69,13 @@ def ldc(tmp_path: Path, monkeypatch, capsys):
 
 
 def process(*arguments: str, **settings) -> subprocess.Popen:
-    return subprocess.Popen([sys.executable, "-m", "ldc.cli", *arguments], stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, **settings)
+    return subprocess.Popen(
+        [sys.executable, "-m", "ldc.cli", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **settings,
+    )
 
 
 # ---- the command line itself
@@ -108,12 +113,14 @@ def test_help_names_every_command_and_version_is_told(ldc) -> None:
         (["run", "main.ld", "--scans", "0"], "not a whole number above 0"),
         (["run", "main.ld", "--scans", "5", "--for", "2s"], "not allowed with argument"),
         (["run", "main.ld", "--engine", "native"], "unknown choice `native`"),
-        (["run", "main.ld", "--watch", "motro"], "did you mean `MOTOR`?"),
+        (["run", "main.ld", "--watch", "motro"], "did you mean `motor`?"),
         (["draw", "main.ld", "--rung", "seal-in"], "did you mean `seal_in`?"),
         (["explain", "LD0009"], "no page `LD0009`"),
     ],
 )
-def test_a_wrong_command_line_ends_with_2_and_says_what_is_wrong(ldc, arguments: list[str], said: str) -> None:
+def test_a_wrong_command_line_ends_with_2_and_says_what_is_wrong(
+    ldc, arguments: list[str], said: str
+) -> None:
     status, out, err = ldc(*arguments)
     assert (status, out) == (2, "")
     assert said in err
@@ -142,7 +149,9 @@ def test_check_of_a_wrong_source(ldc) -> None:
 def test_check_tells_a_proof_from_a_test(ldc) -> None:
     names = [f"v{n}" for n in range(20)]
     rung = "RUNG\n    " + " ".join(f"[{name}]" for name in names[1:]) + " (v0)\n"
-    Path("main.ld").write_text(f"PROGRAM main\nVAR\n    {', '.join(names)} : BOOL;\nEND_VAR\n{rung}RUNG [v1] (v2)\nEND_PROGRAM\n")
+    Path("main.ld").write_text(
+        f"PROGRAM main\nVAR\n    {', '.join(names)} : BOOL;\nEND_VAR\n{rung}RUNG [v1] (v2)\nEND_PROGRAM\n"
+    )
     assert ldc("check", "main.ld")[2].endswith("checked 1 file, 2 rungs (1 proved, 1 tested): no errors\n")
     assert ldc("check", "main.ld", "--no-verify")[2].endswith("checked 1 file, 2 rungs: no errors\n")
 
@@ -161,13 +170,32 @@ def test_check_for_machines_puts_the_findings_on_standard_output(ldc, form: str)
     assert ldc("check", "gone.ld", "--format", form)[0] == 1
 
 
-@pytest.mark.parametrize("text", ["", "\0", "RUNG", "PROGRAM", "PROGRAM main\nEND_PROGRAM", "{" * 500, "(*", "'", "é" * 99,
-                                  "PROGRAM main\nRUNG\n" + "{ " * 200 + "[a]" + " }" * 200 + "\nEND_PROGRAM"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "\0",
+        "RUNG",
+        "PROGRAM",
+        "PROGRAM main\nEND_PROGRAM",
+        "{" * 500,
+        "(*",
+        "'",
+        "é" * 99,
+        "PROGRAM main\nRUNG\n" + "{ " * 200 + "[a]" + " }" * 200 + "\nEND_PROGRAM",
+    ],
+)
 @pytest.mark.parametrize("extension", ["ld", "st", "il"])
 def test_no_source_however_broken_is_an_internal_fault(ldc, text: str, extension: str) -> None:
     path = f"x.{extension}"
     Path(path).write_text(text)
-    for arguments in (["check", path], ["compile", path, "--emit", "ast"], ["run", path], ["draw", path], ["fmt", path]):
+    for arguments in (
+        ["check", path],
+        ["compile", path, "--emit", "ast"],
+        ["run", path],
+        ["draw", path],
+        ["fmt", path],
+    ):
         status, _, err = ldc(*arguments)
         assert status in (0, 1), err
         assert "Traceback" not in err
@@ -270,14 +298,22 @@ def test_trace_has_one_row_a_scan(ldc) -> None:
     arguments = ["run", "main.ld", "--inputs", "in.csv", "--period", "500us", "--scans", "4"]
     assert ldc(*arguments, "--trace", "out.csv")[0] == 0
     assert Path("out.csv").read_bytes() == (
-        b"scan,t_ms,start,stop,motor\n0,0,0,0,0\n1,0.5,1,0,1\n2,1,0,0,1\n3,1.5,0,0,1\n")
+        b"scan,t_ms,start,stop,motor\n0,0,0,0,0\n1,0.5,1,0,1\n2,1,0,0,1\n3,1.5,0,0,1\n"
+    )
     status, out, _ = ldc(*arguments, "--trace", "-")
     assert out.encode() == Path("out.csv").read_bytes()
 
 
-@pytest.mark.parametrize(("arguments", "scans"), [
-    ([], 100), (["--scans", "7"], 7), (["--for", "2s"], 200), (["--for", "25ms"], 3),
-    (["--for", "1s", "--period", "250ms"], 4)])
+@pytest.mark.parametrize(
+    ("arguments", "scans"),
+    [
+        ([], 100),
+        (["--scans", "7"], 7),
+        (["--for", "2s"], 200),
+        (["--for", "25ms"], 3),
+        (["--for", "1s", "--period", "250ms"], 4),
+    ],
+)
 def test_how_long_a_run_is(ldc, arguments: list[str], scans: int) -> None:
     _, out, _ = ldc("run", "main.ld", *arguments, "--trace", "-")
     assert len(out.splitlines()) == scans + 1
@@ -286,7 +322,9 @@ def test_how_long_a_run_is(ldc, arguments: list[str], scans: int) -> None:
 def test_a_fault_is_shown_where_it_happened_and_the_trace_goes_on(ldc) -> None:
     Path("main.ld").write_text(DIVISION)
     Path("in.csv").write_text("scan,divisor\n0,5\n2,0\n")
-    status, out, err = ldc("run", "main.ld", "--inputs", "in.csv", "--scans", "4", "--trace", "-", "--watch", "motor,alive")
+    status, out, err = ldc(
+        "run", "main.ld", "--inputs", "in.csv", "--scans", "4", "--trace", "-", "--watch", "motor,alive"
+    )
     assert status == 1
     assert out.splitlines()[1:] == ["0,0,1,1", "1,10,1,1", "2,20,0,0", "3,30,0,0"]
     assert "error[LD0801]" in err and "--> main.ld:9:" in err and "in scan 2" in err
@@ -333,7 +371,10 @@ def test_fmt_changes_what_is_not_canonical_and_nothing_else(ldc) -> None:
     Path("ugly.ld").write_bytes(b"\xef\xbb\xbf" + canonical.replace(b"\n", b"\r\n"))
     Path("broken.ld").write_text("PROGRAM main RUNG [a (b)")
     assert ldc("fmt", "main.ld", "ugly.ld", "--check") == (
-        1, "", "would reformat ugly.ld\n1 file of 2 would change\n")
+        1,
+        "",
+        "would reformat ugly.ld\n1 file of 2 would change\n",
+    )
     status, out, err = ldc("fmt", "main.ld", "ugly.ld", "broken.ld")
     assert (status, out) == (1, "")
     assert err.startswith("reformatted ugly.ld\nerror[LD01")
@@ -344,9 +385,15 @@ def test_fmt_changes_what_is_not_canonical_and_nothing_else(ldc) -> None:
 def test_draw(ldc) -> None:
     status, out, _ = ldc("draw", "main.ld")
     assert status == 0
-    assert out.startswith("PROGRAM  main\n\n1  seal_in  Start/stop with seal-in\n") and "─┤ ├─" in out and "T#20ms" in out
+    assert (
+        out.startswith("PROGRAM  main\n\n1  seal_in  Start/stop with seal-in\n")
+        and "─┤ ├─" in out
+        and "T#20ms" in out
+    )
     one = ldc("draw", "main.ld", "--rung", "SEAL_IN")[1]
-    assert one == ldc("draw", "main.ld", "--rung", "1")[1] == ldc("draw", "main.ld", "--rung", "main.seal_in")[1]
+    assert (
+        one == ldc("draw", "main.ld", "--rung", "1")[1] == ldc("draw", "main.ld", "--rung", "main.seal_in")[1]
+    )
     assert one.startswith("1  seal_in  Start/stop with seal-in\n")
     assert ldc("draw", "main.ld", "--svg", "out.svg")[:2] == (0, "")
     assert Path("out.svg").read_text().startswith("<svg ")
@@ -373,11 +420,16 @@ def test_a_bug_becomes_a_report_and_one_line(ldc, monkeypatch) -> None:
     monkeypatch.setattr("ldc.cli.doctor.run", broken)
     status, out, err = ldc("doctor")
     assert (status, out) == (3, "")
-    assert re.fullmatch(r"ldc: internal fault \(RuntimeError: two lines .*\); this is a bug in ldc, please report it "
-                        r"with (ldc-bug-[\w-]+\.txt)\n", err)
+    assert re.fullmatch(
+        r"ldc: internal fault \(RuntimeError: two lines .*\); this is a bug in ldc, please report it "
+        r"with (ldc-bug-[\w-]+\.txt)\n",
+        err,
+    )
     (report,) = Path(".").glob("ldc-bug-*.txt")
     text = report.read_text()
-    assert all(part in text for part in (f"ldc {__version__}", "command: ldc doctor", "Traceback", "in broken"))
+    assert all(
+        part in text for part in (f"ldc {__version__}", "command: ldc doctor", "Traceback", "in broken")
+    )
 
 
 def test_a_bug_is_reported_when_the_folder_cannot_be_written(ldc, monkeypatch, tmp_path: Path) -> None:
@@ -389,7 +441,9 @@ def test_a_bug_is_reported_when_the_folder_cannot_be_written(ldc, monkeypatch, t
 def test_the_result_of_a_failed_self_check_is_a_bug(ldc, monkeypatch) -> None:
     from ldc.il.verify import Verdict
 
-    monkeypatch.setattr("ldc.pipeline.verify", lambda *a, **k: Verdict("wrong", 1, "il", "motor", (("start", True),)))
+    monkeypatch.setattr(
+        "ldc.pipeline.verify", lambda *a, **k: Verdict("wrong", 1, "il", "motor", (("start", True),))
+    )
     status, _, err = ldc("check", "main.ld")
     assert status == 3 and "error[LD0901]" in err and "ldc: internal fault" in err
     assert "start = TRUE" in next(Path(".").glob("ldc-bug-*.txt")).read_text()

@@ -16,12 +16,71 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCES = {path.name: path.read_text(encoding="utf-8") for path in sorted((ROOT / "samples").glob("*/*.ld"))}
 PROJECT = (ROOT / "ldc" / "cli" / "project" / "ldc.toml").read_text(encoding="utf-8")
 INPUTS = (ROOT / "ldc" / "cli" / "project" / "inputs.csv").read_text(encoding="utf-8")
-PIECES = ["", "{", "}", "[", "]", "(", ")", "<", ">", ";", "|", ":=", "=>", "@x", "@", ">>", "RUNG ", "END_VAR", "VAR ", '"', "'",
-          "(*", "*)", "//", "TON", "BOOL", "INT#", "16#", "T#", "%IX0.0", "%", "1.5", "99999999999999999999", ".", "..", "/",
-          "P ", "S ", "NOT ", "RETURN", "in=_", "out=Q", "ARRAY [0..9] OF ", "STRUCT", "FUNCTION ", "END_PROGRAM", "\0", "\t",
-          "é", "\U0001f600", "#", "$", "[TRUE]", "(motor)", "<MOVE()>", "{ [a] | [b] }", "_ldc_x", "-", "**"]
+PIECES = [
+    "",
+    "{",
+    "}",
+    "[",
+    "]",
+    "(",
+    ")",
+    "<",
+    ">",
+    ";",
+    "|",
+    ":=",
+    "=>",
+    "@x",
+    "@",
+    ">>",
+    "RUNG ",
+    "END_VAR",
+    "VAR ",
+    '"',
+    "'",
+    "(*",
+    "*)",
+    "//",
+    "TON",
+    "BOOL",
+    "INT#",
+    "16#",
+    "T#",
+    "%IX0.0",
+    "%",
+    "1.5",
+    "99999999999999999999",
+    ".",
+    "..",
+    "/",
+    "P ",
+    "S ",
+    "NOT ",
+    "RETURN",
+    "in=_",
+    "out=Q",
+    "ARRAY [0..9] OF ",
+    "STRUCT",
+    "FUNCTION ",
+    "END_PROGRAM",
+    "\0",
+    "\t",
+    "é",
+    "\U0001f600",
+    "#",
+    "$",
+    "[TRUE]",
+    "(motor)",
+    "<MOVE()>",
+    "{ [a] | [b] }",
+    "_ldc_x",
+    "-",
+    "**",
+]
 
-EDITS = st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 30), st.sampled_from(PIECES)), min_size=1, max_size=4)
+EDITS = st.lists(
+    st.tuples(st.integers(0, 10**6), st.integers(0, 30), st.sampled_from(PIECES)), min_size=1, max_size=4
+)
 
 
 def broken(text: str, edits: list[tuple[int, int, str]]) -> str:
@@ -49,9 +108,21 @@ LIMITS = settings(deadline=None, max_examples=60, suppress_health_check=[HealthC
 
 
 @LIMITS
-@given(st.sampled_from(sorted(SOURCES)), EDITS, st.sampled_from([
-    ["check"], ["compile"], ["compile", "--emit", "graph"], ["compile", "--max-paren-depth", "1"], ["draw"],
-    ["fmt", "--check"], ["run", "--scans", "5"]]))
+@given(
+    st.sampled_from(sorted(SOURCES)),
+    EDITS,
+    st.sampled_from(
+        [
+            ["check"],
+            ["compile"],
+            ["compile", "--emit", "graph"],
+            ["compile", "--max-paren-depth", "1"],
+            ["draw"],
+            ["fmt", "--check"],
+            ["run", "--scans", "5"],
+        ]
+    ),
+)
 def test_broken_ladder(name: str, edits, command: list[str]) -> None:
     Path("main.ld").write_text(broken(SOURCES[name], edits), encoding="utf-8")
     status, said = quietly(*command, "main.ld")
@@ -63,7 +134,9 @@ def test_broken_ladder(name: str, edits, command: list[str]) -> None:
 def test_broken_il(name: str, edits) -> None:
     Path("good.ld").write_text(SOURCES[name], encoding="utf-8")
     if quietly("compile", "good.ld", "-o", "good.il")[0] == 0:
-        Path("bad.il").write_text(broken(Path("good.il").read_text(encoding="utf-8"), edits), encoding="utf-8")
+        Path("bad.il").write_text(
+            broken(Path("good.il").read_text(encoding="utf-8"), edits), encoding="utf-8"
+        )
         for command in ("check", "run"):
             status, said = quietly(command, "bad.il")
             assert status in (0, 1), said

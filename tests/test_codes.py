@@ -33,7 +33,11 @@ def raising_places() -> dict[str, list[str]]:
     for top in ("ldc", "runtime"):
         for path in sorted((ROOT / top).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Constant) and isinstance(node.value, str) and CODE.fullmatch(node.value):
+                if (
+                    isinstance(node, ast.Constant)
+                    and isinstance(node.value, str)
+                    and CODE.fullmatch(node.value)
+                ):
                     places[node.value].append(f"{path.relative_to(ROOT)}:{node.lineno}")
     return dict(places)
 
@@ -42,7 +46,11 @@ PLACES = raising_places()
 
 
 def examples() -> dict[str, Path]:
-    return {path.stem: path for path in sorted(ERRORS.iterdir()) if CODE.fullmatch(path.stem) and path.suffix != ".txt"}
+    return {
+        path.stem: path
+        for path in sorted(ERRORS.iterdir())
+        if CODE.fullmatch(path.stem) and path.suffix != ".txt"
+    }
 
 
 EXAMPLES = examples()
@@ -59,7 +67,9 @@ def test_code_has_one_place_a_page_and_an_example(code: str) -> None:
 def test_page_belongs_to_a_code_and_can_be_read(code: str) -> None:
     text = page(code).text
     assert code in PLACES, f"ldc/pages/{code}.md explains what nothing raises"
-    assert re.match(rf"# {code}: \S.*\n\n", text), f"{code}.md must begin with `# {code}: title` and an empty line"
+    assert re.match(
+        rf"# {code}: \S.*\n\n", text
+    ), f"{code}.md must begin with `# {code}: title` and an empty line"
     assert text.count("```") % 2 == 0, f"{code}.md leaves a code block open"
     assert internal(code) or "```" in text, f"{code}.md shows no example"
     lines = text.rstrip("\n").split("\n")

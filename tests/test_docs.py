@@ -13,7 +13,9 @@ from ldc.cli.arguments import make_parser
 from ldc.cli.main import main
 
 ROOT = Path(__file__).resolve().parent.parent
-DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md")] + sorted((ROOT / "docs").rglob("*.md"))
+DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md")] + sorted(
+    (ROOT / "docs").rglob("*.md")
+)
 
 
 def exists(document: Path, name: str) -> bool:
@@ -23,15 +25,21 @@ def exists(document: Path, name: str) -> bool:
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_links_lead_somewhere(document: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)[^)]*\)", document.read_text(encoding="utf-8"))
-    assert [link for link in links if not link.startswith("http") and not (document.parent / link).exists()] == []
+    assert [
+        link for link in links if not link.startswith("http") and not (document.parent / link).exists()
+    ] == []
 
 
 def test_the_files_that_the_architecture_names_exist() -> None:
     document = ROOT / "ARCHITECTURE.md"
-    named = set(re.findall(r"`((?:ldc|runtime|tests|docs|script)/[\w./-]*\w)`", document.read_text(encoding="utf-8")))
+    named = set(
+        re.findall(r"`((?:ldc|runtime|tests|docs|script)/[\w./-]*\w)`", document.read_text(encoding="utf-8"))
+    )
     assert len(named) > 30
     assert [name for name in sorted(named) if not exists(document, name) and "LDnnnn" not in name] == []
-    for package, files in re.findall(r"^\| `(ldc/\w+|runtime)` \|[^|]*\|([^|]*)\|$", document.read_text(), re.MULTILINE):
+    for package, files in re.findall(
+        r"^\| `(ldc/\w+|runtime)` \|[^|]*\|([^|]*)\|$", document.read_text(), re.MULTILINE
+    ):
         for name in re.findall(r"`([\w/]+\.(?:py|lark))`", files):
             assert (ROOT / package / name).exists(), f"{package}: no {name}"
 
@@ -43,7 +51,9 @@ def test_every_package_has_a_row_in_the_architecture() -> None:
 
 
 def test_the_first_program_of_the_readme_compiles_and_runs(tmp_path: Path, monkeypatch, capsys) -> None:
-    (program,) = re.findall(r"```\n(PROGRAM .*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (program,) = re.findall(
+        r"```\n(PROGRAM .*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL
+    )
     (tmp_path / "main.ld").write_text(program)
     (tmp_path / "inputs.csv").write_text("scan,start\n1,1\n7,0\n")
     monkeypatch.chdir(tmp_path)

@@ -33,7 +33,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "ldc.manifest": BASE | FILES | {"ldc.model"},
     "ldc.pipeline": BASE | FILES | set(COMPILER) | {"ldc.manifest"},
     "ldc.draw": BASE | {"ldc.library", "ldc.parser"},
-    "ldc.cli": BASE | FILES | set(COMPILER)
+    "ldc.cli": BASE
+    | FILES
+    | set(COMPILER)
     | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.render", "ldc.reports", "runtime"},
     "runtime": BASE | {"ldc.library", "ldc.il"},
 }
@@ -53,7 +55,7 @@ MODULES = modules()
 
 
 def package(module: str) -> str:
-    """The row of the table that a module belongs to: `ldc.il.lower` is `ldc.il`, `runtime.vm` is `runtime`."""
+    """The row of the table for a module: `ldc.il` for `ldc.il.lower`, `runtime` for `runtime.vm`."""
     parts = module.split(".")
     return parts[0] if parts[0] == "runtime" else ".".join(parts[:2])
 
@@ -65,7 +67,10 @@ def imports(module: str, at_start: bool = False) -> frozenset[tuple[str, int]]:
     later = set()
     if at_start:
         for node in ast.walk(tree):
-            checked = isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+            checked = isinstance(node, ast.If) and ast.unparse(node.test) in (
+                "TYPE_CHECKING",
+                "typing.TYPE_CHECKING",
+            )
             if checked or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 later |= {id(inner) for inner in ast.walk(node)}
     found = set()
@@ -90,7 +95,9 @@ def imports(module: str, at_start: bool = False) -> frozenset[tuple[str, int]]:
 @pytest.mark.parametrize("module", sorted(MODULES))
 def test_imports_run_one_way(module: str) -> None:
     own = package(module)
-    assert own in MAY_IMPORT, f"{module} is in no layer: give it a row in tests/test_layers.py and ARCHITECTURE.md"
+    assert (
+        own in MAY_IMPORT
+    ), f"{module} is in no layer: give it a row in tests/test_layers.py and ARCHITECTURE.md"
     back = [
         f"{MODULES[module].relative_to(ROOT)}:{line} imports {name}"
         for name, line in sorted(imports(module), key=lambda item: item[1])

@@ -85,7 +85,12 @@ def test_every_key_is_read(folder: Path) -> None:
     assert (manifest.period, manifest.watch, manifest.inputs) == (500_000, ("motor", "warm.ET"), "inputs.csv")
     fast, slow = sources.settings.tasks
     assert (fast.name, fast.interval, fast.priority, fast.programs, fast.processor) == (
-        "fast", 1_000_000, 1, ("control",), "axis")
+        "fast",
+        1_000_000,
+        1,
+        ("control",),
+        "axis",
+    )
     assert (slow.name, slow.interval, slow.priority, slow.programs) == ("slow one", None, 0, ("lamps",))
     assert sources.settings.image_bytes == 4096
     assert sources.settings.safe == {"%QX0.0": True, "%QW1": -5, "speed": 0.5, "delay": "T#20ms"}
@@ -130,8 +135,9 @@ def test_the_place_of_a_wrong_byte_is_told(folder: Path) -> None:
 def test_arguments_that_are_no_source(folder: Path) -> None:
     write(folder, notes_txt="", sub__x_ld=RUNG, axis_ldc_toml="")
     (folder / "noext").write_text("")
-    assert found("notes.txt", "noext", "gone.ld", "gone", "sub", "axis.ldc.toml", "gone/ldc.toml", "a\0b.ld")[1] == [
-        "LD0601", "LD0601", "LD0601", "LD0602", "LD0605", "LD0605", "LD0605", "LD0606"]
+    assert found("notes.txt", "noext", "gone.ld", "gone", "sub", "axis.ldc.toml", "gone/ldc.toml", "a\0b.ld")[
+        1
+    ] == ["LD0601", "LD0601", "LD0601", "LD0602", "LD0605", "LD0605", "LD0605", "LD0606"]
 
 
 def test_one_project_at_a_time(folder: Path) -> None:
@@ -184,17 +190,34 @@ def test_no_pattern_breaks_the_search(folder: Path, pattern: str) -> None:
     assert found(".")[1] in (["LD0612"], ["LD0613"])
 
 
-KEYS = st.one_of(st.from_regex(r"[A-Za-z0-9_-]{1,6}", fullmatch=True),
-                 st.from_regex(r'"[a-z%. =#\[\]]{1,6}"', fullmatch=True))
+KEYS = st.one_of(
+    st.from_regex(r"[A-Za-z0-9_-]{1,6}", fullmatch=True),
+    st.from_regex(r'"[a-z%. =#\[\]]{1,6}"', fullmatch=True),
+)
 VALUES = st.recursive(
-    st.sampled_from(['"a"', "'b # c'", '"""x\n"y"\n]"""', "'''\n= \"'''", "1", "-1.5e3", "true", "1979-05-27 07:32:00",
-                     '"\\"]"']),
+    st.sampled_from(
+        [
+            '"a"',
+            "'b # c'",
+            '"""x\n"y"\n]"""',
+            "'''\n= \"'''",
+            "1",
+            "-1.5e3",
+            "true",
+            "1979-05-27 07:32:00",
+            '"\\"]"',
+        ]
+    ),
     lambda inner: st.lists(inner, max_size=3).map(lambda items: "[ " + ", # c ]\n".join([*items, ""]) + "]"),
     max_leaves=6,
 )
 
 
-@given(st.lists(st.tuples(st.sampled_from(["", "[t]", "[ t . u ]", '["v.w"]', "[[z]]"]), KEYS, VALUES), max_size=6))
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["", "[t]", "[ t . u ]", '["v.w"]', "[[z]]"]), KEYS, VALUES), max_size=6
+    )
+)
 def test_every_value_of_a_toml_text_is_found_at_its_place(entries) -> None:
     text = "".join(f"{header}\n{key} = {value} # end\n" for header, key, value in entries)
     try:
@@ -205,7 +228,9 @@ def test_every_value_of_a_toml_text_is_found_at_its_place(entries) -> None:
     for path, entry in spans.items():
         value = data
         for key in path:
-            value = value[key] if isinstance(value, dict) else next(table[key] for table in value if key in table)
+            value = (
+                value[key] if isinstance(value, dict) else next(table[key] for table in value if key in table)
+            )
         if not entry.value.text.startswith("[") or isinstance(value, list):
             if entry.value.text != entry.key.text:
                 assert tomllib.loads(f"x = {entry.value.text}")["x"] == value
@@ -213,10 +238,26 @@ def test_every_value_of_a_toml_text_is_found_at_its_place(entries) -> None:
 
 @pytest.mark.parametrize(
     ("text", "nanoseconds"),
-    [("10ms", 10_000_000), ("2s", 2_000_000_000), ("1.5 s", 1_500_000_000), ("T#1h30m", 5_400_000_000_000),
-     ("time#1d_2h", 93_600_000_000_000), ("500us", 500_000), ("250µs", 250_000), ("7ns", 7), ("1s500ms", 1_500_000_000),
-     ("", None), ("10", None), ("ms", None), ("-1s", None), ("0.5ns", None), ("1e3s", None), ("T#", None),
-     ("10 apples", None), ("300000000000s", None)],
+    [
+        ("10ms", 10_000_000),
+        ("2s", 2_000_000_000),
+        ("1.5 s", 1_500_000_000),
+        ("T#1h30m", 5_400_000_000_000),
+        ("time#1d_2h", 93_600_000_000_000),
+        ("500us", 500_000),
+        ("250µs", 250_000),
+        ("7ns", 7),
+        ("1s500ms", 1_500_000_000),
+        ("", None),
+        ("10", None),
+        ("ms", None),
+        ("-1s", None),
+        ("0.5ns", None),
+        ("1e3s", None),
+        ("T#", None),
+        ("10 apples", None),
+        ("300000000000s", None),
+    ],
 )
 def test_durations(text: str, nanoseconds: int | None) -> None:
     assert parse_duration(text) == nanoseconds

@@ -35,24 +35,63 @@ def at(text: str, source: SourceFile = MAIN, occurrence: int = 1) -> Span:
     return Span(source, start, start + len(text))
 
 
-def finding(code: str, message: str, span: Span | None, label: str = "", *secondary: Label, help: str = "",
-            severity: Severity = Severity.ERROR) -> Diagnostic:
+def finding(
+    code: str,
+    message: str,
+    span: Span | None,
+    label: str = "",
+    *secondary: Label,
+    help: str = "",
+    severity: Severity = Severity.ERROR,
+) -> Diagnostic:
     return Diagnostic(code, message, Label(span, label) if span else None, secondary, help, severity)
 
 
 SAMPLES = [
-    finding("LD0001", "`motor` is declared twice", at("motor", occurrence=2), "again here",
-            Label(at("motor"), "first declared here"), help="give one of them another name"),
-    finding("LD0002", "two labels on one line", at("[motor]"), "this contact",
-            Label(at("[/stop]"), "before this one"), Label(at("(motor)"), "and this coil")),
-    finding("LD0003", "labels in two files", at("start"), "unknown here",
-            Label(at("[x]", OTHER), "known there"), Label(at("PROGRAM"), "in this program")),
-    finding("LD0004", "over several lines", Span(MAIN, TEXT.index("VAR"), TEXT.index("END_VAR") + 7), "these"),
-    finding("LD0005", "wide characters and a tab", at("[x]", OTHER), "the third", Label(at("出力", OTHER), "a coil")),
+    finding(
+        "LD0001",
+        "`motor` is declared twice",
+        at("motor", occurrence=2),
+        "again here",
+        Label(at("motor"), "first declared here"),
+        help="give one of them another name",
+    ),
+    finding(
+        "LD0002",
+        "two labels on one line",
+        at("[motor]"),
+        "this contact",
+        Label(at("[/stop]"), "before this one"),
+        Label(at("(motor)"), "and this coil"),
+    ),
+    finding(
+        "LD0003",
+        "labels in two files",
+        at("start"),
+        "unknown here",
+        Label(at("[x]", OTHER), "known there"),
+        Label(at("PROGRAM"), "in this program"),
+    ),
+    finding(
+        "LD0004", "over several lines", Span(MAIN, TEXT.index("VAR"), TEXT.index("END_VAR") + 7), "these"
+    ),
+    finding(
+        "LD0005",
+        "wide characters and a tab",
+        at("[x]", OTHER),
+        "the third",
+        Label(at("出力", OTHER), "a coil"),
+    ),
     finding("LD0006", "at the very end", Span(MAIN, len(TEXT), len(TEXT)), "something is missing"),
     finding("LD0007", "without a place", None, help="first line\nsecond line", severity=Severity.WARNING),
-    finding("LD0008", "labels that overlap", at("{ [start] | [motor] }"), "all of it",
-            Label(at("[start]"), "a part"), Label(at("start"), "a smaller part")),
+    finding(
+        "LD0008",
+        "labels that overlap",
+        at("{ [start] | [motor] }"),
+        "all of it",
+        Label(at("[start]"), "a part"),
+        Label(at("start"), "a smaller part"),
+    ),
     finding("LD0009", "only a note", at("END_PROGRAM"), severity=Severity.NOTE),
 ]
 
@@ -70,18 +109,25 @@ def test_samples_in_color(golden) -> None:
 def test_long_lines_are_cut_around_the_label(golden) -> None:
     line = "RUNG " + " ".join(f"[contact_{n}]" for n in range(1000)) + " (coil)"
     source = SourceFile("long.ld", line)
-    shown = render([
-        finding("LD0001", "near the start", at("contact_1]", source), "here"),
-        finding("LD0002", "in the middle", at("contact_500", source), "here"),
-        finding("LD0003", "at the end", at("coil", source), "here", Label(at("RUNG", source), "far away")),
-    ], width=80)
+    shown = render(
+        [
+            finding("LD0001", "near the start", at("contact_1]", source), "here"),
+            finding("LD0002", "in the middle", at("contact_500", source), "here"),
+            finding(
+                "LD0003", "at the end", at("coil", source), "here", Label(at("RUNG", source), "far away")
+            ),
+        ],
+        width=80,
+    )
     assert max(len(line) for line in shown.splitlines() if line[0:1].isdigit()) <= 80
     golden("render/long_lines.txt", shown)
 
 
 def test_a_terminal_is_never_given_what_the_source_wants_it_to_obey() -> None:
     source = SourceFile("evil\x1b]0;title\x07.ld", "RUNG \x1b[2J\x9b31m\x00 [x]\n")
-    shown = render([finding("LD0001", "found \x1b[31m\u202e", at("[x]", source), "a \x07 label", help="\x1bc")])
+    shown = render(
+        [finding("LD0001", "found \x1b[31m\u202e", at("[x]", source), "a \x07 label", help="\x1bc")]
+    )
     assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", shown)
 
 
@@ -101,7 +147,9 @@ def test_many_are_counted_not_shown_and_errors_come_before_warnings() -> None:
     st.lists(st.tuples(st.integers(0, 90), st.integers(0, 40), st.text(max_size=8)), min_size=1, max_size=5),
     st.integers(20, 60),
 )
-def test_every_span_of_every_text_can_be_shown(text: str, places: list[tuple[int, int, str]], width: int) -> None:
+def test_every_span_of_every_text_can_be_shown(
+    text: str, places: list[tuple[int, int, str]], width: int
+) -> None:
     source = SourceFile("any.ld", text)
     spans = [Label(Span(source, min(s, len(text)), min(s, len(text)) + n), t) for s, n, t in places]
     shown = render([Diagnostic("LD0001", "m", spans[0], tuple(spans[1:]))], width=width)
@@ -113,12 +161,28 @@ def test_every_span_of_every_text_can_be_shown(text: str, places: list[tuple[int
 def test_json_is_a_list_of_places_and_words() -> None:
     first, *_, last = json.loads(json_report(SAMPLES))
     assert first == {
-        "code": "LD0001", "severity": "error", "message": "`motor` is declared twice",
+        "code": "LD0001",
+        "severity": "error",
+        "message": "`motor` is declared twice",
         "help": "give one of them another name",
-        "primary": {"file": "main.ld", "line": 4, "column": 5, "end_line": 4, "end_column": 10,
-                    "label": "again here"},
-        "secondary": [{"file": "main.ld", "line": 3, "column": 5, "end_line": 3, "end_column": 10,
-                       "label": "first declared here"}],
+        "primary": {
+            "file": "main.ld",
+            "line": 4,
+            "column": 5,
+            "end_line": 4,
+            "end_column": 10,
+            "label": "again here",
+        },
+        "secondary": [
+            {
+                "file": "main.ld",
+                "line": 3,
+                "column": 5,
+                "end_line": 3,
+                "end_column": 10,
+                "label": "first declared here",
+            }
+        ],
     }
     assert last["severity"] == "note"
     assert json.loads(json_report([])) == []

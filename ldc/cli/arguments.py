@@ -36,11 +36,13 @@ def make_parser() -> argparse.ArgumentParser:
     """The parser of `ldc`. Each command is run by the module of its name beside this one."""
     parser = _Parser(
         prog="ldc",
-        description="Ladder diagrams as text: checked, compiled to proved IEC 61131-3 IL, drawn, run and tested.",
-        epilog="start here:\n  ldc new blinker && ldc run blinker\n  ldc explain LD0301     what a message means",
+        description="Ladder diagrams as text: checked, compiled to proved IEC 61131-3 IL, drawn and run.",
+        epilog="start here:\n  ldc new blinker && ldc run blinker\n  ldc explain LD0301    what a message means",
     )
     parser.add_argument("--version", action="version", version=f"ldc {__version__}")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands", parser_class=_Parser)
+    commands = parser.add_subparsers(
+        dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
+    )
     for add in (_new, _check, _compile, _run, _fmt, _draw, _bench, _explain, _doctor):
         add(commands)
     return parser
@@ -58,7 +60,9 @@ def _sources(parser: argparse.ArgumentParser) -> None:
 
 def _new(commands) -> None:
     parser = _command(
-        commands, "new", "make a project that compiles, runs and has a trace to compare with",
+        commands,
+        "new",
+        "make a project that compiles, runs and has a trace to compare with",
         "  ldc new conveyor\n  ldc run conveyor",
     )
     parser.add_argument("folder", metavar="DIR", help="the folder to make; it must be empty or not there yet")
@@ -66,12 +70,16 @@ def _new(commands) -> None:
 
 def _check(commands) -> None:
     parser = _command(
-        commands, "check", "check sources and prove their compiled form, write nothing",
+        commands,
+        "check",
+        "check sources and prove their compiled form, write nothing",
         "  ldc check main.ld\n  ldc check . --format sarif > ldc.sarif     for a code scanner in CI",
     )
     _sources(parser)
     parser.add_argument(
-        "--format", choices=("human", "json", "sarif"), default="human",
+        "--format",
+        choices=("human", "json", "sarif"),
+        default="human",
         help="human: on standard error (default); json, sarif: on standard output",
     )
     parser.add_argument("--no-verify", action="store_true", help="do not compare the IL with the drawing")
@@ -79,22 +87,30 @@ def _check(commands) -> None:
 
 def _compile(commands) -> None:
     parser = _command(
-        commands, "compile", "compile to IL, or show what a stage of the compiler makes",
+        commands,
+        "compile",
+        "compile to IL, or show what a stage of the compiler makes",
         "  ldc compile main.ld                     IEC 61131-3 IL to standard output\n"
         "  ldc compile . --emit image -o line.img  an image for the runtime\n"
         "  ldc compile main.ld --emit graph -o main.dot && dot -Tsvg -O main.dot",
     )
     _sources(parser)
     parser.add_argument(
-        "--emit", choices=("il", "ast", "graph", "tree", "image"), default="il",
-        help="il: the program as text (default); ast: what was read; graph: the nets and elements of each rung; "
+        "--emit",
+        choices=("il", "ast", "graph", "tree", "image"),
+        default="il",
+        help="il: the program as text (default); ast: what was read; graph: nets and elements of each rung; "
         "tree: its series-parallel form; image: bytes for the runtime",
     )
-    parser.add_argument("--format", choices=("text", "dot"), help="of --emit graph (dot also when OUT ends in .dot)")
+    parser.add_argument(
+        "--format", choices=("text", "dot"), help="of --emit graph (dot also when OUT ends in .dot)"
+    )
     parser.add_argument("-o", dest="output", metavar="OUT", help="write to this file, not to standard output")
     parser.add_argument(
-        "--max-paren-depth", type=_natural, metavar="N",
-        help="nest parentheses in IL at most N deep, spill the rest to temporaries (1: read by every IEC compiler)",
+        "--max-paren-depth",
+        type=_natural,
+        metavar="N",
+        help="nest parentheses in IL at most N deep, the rest goes through temporaries (1 is read everywhere)",
     )
     parser.add_argument("--no-verify", action="store_true", help="do not compare the IL with the drawing")
     parser.add_argument("--timings", action="store_true", help="show how long each stage took")
@@ -102,51 +118,77 @@ def _compile(commands) -> None:
 
 def _run(commands) -> None:
     parser = _command(
-        commands, "run", "run a program in virtual time",
+        commands,
+        "run",
+        "run a program in virtual time",
         "  ldc run main.ld --scans 20\n"
         "  ldc run . --for 2s --period 10ms --watch motor,warm.Q\n"
         "  ldc run . --inputs inputs.csv --trace trace.csv",
     )
     _sources(parser)
-    parser.add_argument("--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)")
+    parser.add_argument(
+        "--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)"
+    )
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--scans", type=_natural, metavar="N", help="how many scans")
-    length.add_argument("--for", dest="duration", type=_duration, metavar="TIME", help="how long in virtual time, 2s")
+    length.add_argument(
+        "--for", dest="duration", type=_duration, metavar="TIME", help="how long in virtual time, 2s"
+    )
     parser.add_argument("--period", type=_duration, metavar="TIME", help="time between two scans, 10ms")
-    parser.add_argument("--inputs", metavar="IN.csv", help="values to set: header `scan,a,b`, one row a change")
-    parser.add_argument("--watch", metavar="A,B", help="variables to show (default: all located inputs and outputs)")
-    parser.add_argument("--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout")
+    parser.add_argument(
+        "--inputs", metavar="IN.csv", help="values to set: header `scan,a,b`, one row a change"
+    )
+    parser.add_argument(
+        "--watch", metavar="A,B", help="variables to show (default: all located inputs and outputs)"
+    )
+    parser.add_argument(
+        "--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout"
+    )
 
 
 def _fmt(commands) -> None:
     parser = _command(
-        commands, "fmt", "bring .ld sources into the one canonical form",
+        commands,
+        "fmt",
+        "bring .ld sources into the one canonical form",
         "  ldc fmt .              rewrite what is not canonical\n  ldc fmt . --check      only tell, for CI",
     )
     _sources(parser)
-    parser.add_argument("--check", action="store_true", help="change nothing; status 1 when a file would change")
+    parser.add_argument(
+        "--check", action="store_true", help="change nothing; status 1 when a file would change"
+    )
 
 
 def _draw(commands) -> None:
     parser = _command(
-        commands, "draw", "draw rungs as text or as SVG",
+        commands,
+        "draw",
+        "draw rungs as text or as SVG",
         "  ldc draw main.ld\n  ldc draw main.ld --rung seal_in --svg seal_in.svg",
     )
     parser.add_argument("source", metavar="SRC", help=_SRC)
-    parser.add_argument("--rung", metavar="NAME", help="only this rung: its name, or its number in the program")
+    parser.add_argument(
+        "--rung", metavar="NAME", help="only this rung: its name, or its number in the program"
+    )
     parser.add_argument("--svg", metavar="OUT.svg", help="write an SVG instead; - is standard output")
 
 
 def _bench(commands) -> None:
     parser = _command(
-        commands, "bench", "measure the time of a scan: median of batches, per scan and per contact",
+        commands,
+        "bench",
+        "measure the time of a scan: median of batches, per scan and per contact",
         "  ldc bench . --stimulus flip\n  ldc bench main.ld --json",
     )
     parser.add_argument("source", metavar="SRC", help=_SRC)
-    parser.add_argument("--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)")
     parser.add_argument(
-        "--stimulus", choices=("fixed", "flip", "random"), default="fixed",
-        help="what happens to the BOOL inputs before each scan: nothing (default), one is inverted, all are set",
+        "--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)"
+    )
+    parser.add_argument(
+        "--stimulus",
+        choices=("fixed", "flip", "random"),
+        default="fixed",
+        help="BOOL inputs before each scan: left as they are (default), one is inverted, all are set",
     )
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
 
@@ -173,5 +215,7 @@ def _natural(text: str) -> int:
 def _duration(text: str) -> int:
     value = parse_duration(text)
     if not value:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a time above 0: write a number and a unit, 500us, 10ms, 2s")
+        raise argparse.ArgumentTypeError(
+            f"`{text}` is not a time above 0: write a number and a unit, 500us, 10ms, 2s"
+        )
     return value

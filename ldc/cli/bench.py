@@ -23,8 +23,10 @@ def run(options: argparse.Namespace) -> int:
         return OK
     per_contact = figures["ns_per_contact"]
     print(f"engine       {figures['engine']}, stimulus {options.stimulus}")
-    print(f"scan         {figures['ns_per_scan']:,.0f} ns (median of {figures['scans']:,} scans in batches, "
-          f"spread {figures['spread']:.0%})")
+    print(
+        f"scan         {figures['ns_per_scan']:,.0f} ns (median of {figures['scans']:,} scans in batches, "
+        f"spread {figures['spread']:.0%})"
+    )
     if per_contact is not None:
         print(f"contact      {per_contact:,.1f} ns ({contacts:,} contacts drawn)")
     print(f"state        {figures['state']}")

@@ -35,8 +35,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _what_was_checked(sources: Sources, result: pipeline.Compiled) -> str:
-    """How much was read, and how each rung was compared with its drawing (a proof is called one, a check not)."""
+    """How much was read, and how many rungs were proved to be what is drawn, or only tested."""
     kinds = Counter(build.code.proof for builds in result.units.values() for build in builds)
-    compared = [f"{kinds[kind]:,} {word}" for kind, word in (("proof", "proved"), ("check", "tested")) if kinds[kind]]
+    compared = [
+        f"{kinds[kind]:,} {word}" for kind, word in (("proof", "proved"), ("check", "tested")) if kinds[kind]
+    ]
     how = f" ({', '.join(compared)})" if compared else ""
     return f"checked {plural(len(sources.files), 'file')}, {plural(kinds.total(), 'rung')}{how}: no errors"

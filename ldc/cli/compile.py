@@ -50,7 +50,9 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
         case "tree":
             return _each_rung(result, lambda build: tree_text(build.graph, build.tree))
     if as_dot:
-        return "".join(graph_dot(build.graph).rstrip() + "\n" for builds in result.units.values() for build in builds)
+        return "".join(
+            graph_dot(build.graph).rstrip() + "\n" for builds in result.units.values() for build in builds
+        )
     return _each_rung(result, lambda build: graph_text(build.graph, build.turns))
 
 

@@ -19,8 +19,10 @@ _QUIET = 0.5
 def compiled(
     sources: Sources, *, verify: bool = True, keep: bool = False, max_paren_depth: int | None = None
 ) -> pipeline.Compiled:
-    """The compiled project; warnings are shown, notes are for `ldc check`. Raises Invalid when the sources are
-    wrong. The settings are those of `pipeline.Options`."""
+    """The compiled project; warnings are shown, notes are for `ldc check`.
+
+    The settings are those of `pipeline.Options`. Raises Invalid when the sources are wrong.
+    """
     with progress() as tell:
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, progress=tell)
         result = pipeline.compile_project(sources, options)

@@ -37,7 +37,9 @@ def run(options: argparse.Namespace) -> int:
     elif not any(_rungs(project)):
         raise Failure("there is no rung to draw")
     elif options.svg:
-        drawn = project_svg([pou for file in project.files for pou in file.pous], comments=comments, **settings)
+        drawn = project_svg(
+            [pou for file in project.files for pou in file.pous], comments=comments, **settings
+        )
     else:
         ladders = [pou for file in project.files for pou in file.pous if isinstance(pou.body, ast.LadderBody)]
         drawn = "\n\n".join(pou_text(pou, comments=_inside(pou, comments), **settings) for pou in ladders)
@@ -56,14 +58,17 @@ def _rungs(project: ast.Project):
 
 def _inside(pou: ast.Pou, comments: tuple[ast.Comment, ...]) -> tuple[ast.Comment, ...]:
     span = pou.span
-    return tuple(c for c in comments if c.span.source is span.source and span.start <= c.span.start < span.end)
+    return tuple(
+        c for c in comments if c.span.source is span.source and span.start <= c.span.start < span.end
+    )
 
 
 def _find(project: ast.Project, wanted: str) -> tuple[ast.Pou, int, ast.Rung]:
     """The rung of that name or number; `POU.name` tells which when several POUs have it."""
     pou_name, _, name = wanted.upper().rpartition(".")
     found = [
-        (pou, number, rung) for pou, number, rung in _rungs(project)
+        (pou, number, rung)
+        for pou, number, rung in _rungs(project)
         if name in ((rung.name or "").upper(), str(number)) and pou_name in ("", pou.name.upper())
     ]
     if not found:

@@ -70,7 +70,10 @@ def _internal(error: Exception, arguments: Sequence[str]) -> int:
     path = write_dump(error, arguments)
     if path is None:
         say(dump_text(error, arguments))
-    say(f"ldc: internal fault ({visible(what)}); this is a bug in ldc, please report it with {path or 'the text above'}")
+    say(
+        f"ldc: internal fault ({visible(what)}); this is a bug in ldc, "
+        f"please report it with {path or 'the text above'}"
+    )
     return INTERNAL
 
 

@@ -92,8 +92,12 @@ def _watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> 
                 machine.find([name])
             except UnknownSymbol as error:
                 span = manifest.value_span("run", "watch")
-                diagnostics.error("LD0620", f"cannot watch `{name}`: {error}", span, help="name a variable as in "
-                                  "`motor`, `warm.Q`, `conveyor.warm.Q` or `%QX0.0`")
+                diagnostics.error(
+                    "LD0620",
+                    f"cannot watch `{name}`: {error}",
+                    span,
+                    help="name a variable as in " "`motor`, `warm.Q`, `conveyor.warm.Q` or `%QX0.0`",
+                )
         if diagnostics.has_errors:
             raise Invalid(diagnostics)
         return manifest.watch

@@ -44,7 +44,9 @@ class ChangeLines:
             if value != before
         ]
         self._before = now
-        self._stream.write(f"scan {self._machine.scans - 1:>5}  {_time(self._machine):>8} ms  {'  '.join(changed)}\n")
+        self._stream.write(
+            f"scan {self._machine.scans - 1:>5}  {_time(self._machine):>8} ms  {'  '.join(changed)}\n"
+        )
 
 
 class LiveTable:
@@ -78,7 +80,9 @@ class LiveTable:
     def _table(self) -> Table:
         machine = self._machine
         title = f"scan {machine.scans - 1} of {self._scans - 1}, {_time(machine)} ms"
-        table = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
+        table = Table(
+            title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD
+        )
         table.add_column("variable")
         table.add_column("type", style="dim")
         table.add_column("value", justify="right")
@@ -87,7 +91,9 @@ class LiveTable:
         for name, symbol, value, wave in zip(self._names, self._symbols, values, self._waves, strict=True):
             style = "bold green" if value is True else ""
             line = "".join("▇" if on else "▁" for on in wave) if wave is not None else ""
-            table.add_row(name, str(symbol.type), Text(_shown(value, symbol.type), style), Text(line, "green"))
+            table.add_row(
+                name, str(symbol.type), Text(_shown(value, symbol.type), style), Text(line, "green")
+            )
         return table
 
 
