@@ -91,7 +91,7 @@ def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
     if diagnostic.help:
         if marks:
             lines.append(" " * gutter + paint("frame", " |", color))
-        first, *rest = visible_lines(diagnostic.help)
+        first, *rest = _visible_lines(diagnostic.help)
         lines.append(
             " " * (gutter + 1) + paint("frame", "= ", color) + paint("help", "help", color) + f": {first}"
         )
@@ -99,7 +99,7 @@ def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def visible_lines(text: str) -> list[str]:
+def _visible_lines(text: str) -> list[str]:
     return [visible(line) for line in text.splitlines()]
 
 
@@ -169,12 +169,12 @@ def _line(text: str, number: int, marks: Sequence[_Mark], gutter: int, color: bo
     )
     under = [(" ", "title")] * max(end for _, end, _ in placed)
     for start, end, mark in sorted(placed, key=lambda p: p[2].primary):
-        style = diagnostic_style(mark)
+        style = _style(mark)
         under[start:end] = [("^" if mark.primary else "-", style)] * (end - start)
     *hanging, (_, end, last) = placed
     row = "".join(paint(style, char, color and char != " ") for char, style in under)
     if end == len(under):
-        row += " " + paint(diagnostic_style(last), last.text, color)
+        row += " " + paint(_style(last), last.text, color)
     else:
         hanging.append(placed[-1])
     lines = [_numbered(number, gutter, shown, color), bar + row.rstrip()]
@@ -182,15 +182,15 @@ def _line(text: str, number: int, marks: Sequence[_Mark], gutter: int, color: bo
     while waiting:
         start, _, mark = waiting.pop()
         lead, at = "", 0
-        for column, style in sorted({(s, diagnostic_style(m)) for s, _, m in waiting if s < start}):
+        for column, style in sorted({(s, _style(m)) for s, _, m in waiting if s < start}):
             if column >= at:
                 lead += " " * (column - at) + paint(style, "|", color)
                 at = column + 1
-        lines.append(bar + lead + " " * (start - at) + paint(diagnostic_style(mark), mark.text, color))
+        lines.append(bar + lead + " " * (start - at) + paint(_style(mark), mark.text, color))
     return lines
 
 
-def diagnostic_style(mark: _Mark) -> str:
+def _style(mark: _Mark) -> str:
     return "error" if mark.primary else "secondary"
 
 
