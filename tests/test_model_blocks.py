@@ -109,7 +109,6 @@ def test_pins(rung: str, expected: str) -> None:
     ("<warm: TON(IN := a, PT := t)>", "LD0506 [IN := a]"),
     ("<warm: TON(PT := t, PT := t)>", "LD0506 [PT := t] pin `PT` is fed twice"),
     ("<MOVE(n, EN := a, OUT => n)>", "LD0506 [EN := a]"),
-    ("<MOVE(n, OUT => n, ENO => a)>", "LD0506 [ENO => a]"),
     ("<MOVE(n, IN := m, OUT => n)>", "LD0506 [IN := m]"),
     ("<ADD(n, OUT => n)>", "LD0507 [<ADD(n, OUT => n)>] `ADD` needs `IN2` | its pins are IN1, IN2 ..."),
     ("<scaled(OUT => x)>", "LD0507"),

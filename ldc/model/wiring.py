@@ -43,7 +43,7 @@ class Wiring:
         power_out = self._power(self.node.power_out, self.outputs, "out", ENO)
         if self.failed:
             return None
-        given = self._given(power_in, power_out)
+        given = self._given(power_in)
         if given is None:
             return None
         unset: list[PinIn] = []
@@ -69,7 +69,7 @@ class Wiring:
         power_out = self._power(self.node.power_out, self.outputs, "out", None)
         if self.failed:
             return None
-        given = self._given(power_in, power_out)
+        given = self._given(power_in)
         if given is None:
             return None
         missing = [p.name for p in self.in_outs if p.name not in given]
@@ -112,7 +112,7 @@ class Wiring:
             f"write {choices} or `{word}=_`" if choices else f"write `{word}=_`")
         return None
 
-    def _given(self, power_in: Parameter | None, power_out: Parameter | None) -> dict[str, ast.Pin] | None:
+    def _given(self, power_in: Parameter | None) -> dict[str, ast.Pin] | None:
         """The pins as written, by the declared name of the pin."""
         given: dict[str, ast.Pin] = {}
         by_position = iter([p for p in self.signature.inputs if p is not power_in])
@@ -134,10 +134,6 @@ class Wiring:
             if parameter is power_in:
                 findings.pin_twice(self.diagnostics, pin.span, name, "the power of the rung feeds it already",
                                    None, self._power_help(name))
-                self.failed = True
-            elif parameter is power_out and self.is_function:
-                findings.pin_twice(self.diagnostics, pin.span, name, "the power leaves by it already", None,
-                                   "put a coil behind the block, or choose another pin with `out=`")
                 self.failed = True
             elif name in given:
                 findings.pin_twice(self.diagnostics, pin.span, name, "given again here", given[name].span,
