@@ -73,13 +73,14 @@ def plain_graph(elements: Sequence[tuple]) -> RungGraph:
     made, span = [], Span(SourceFile("rung.ld", ""), 0, 0)
     for n, (_, _, *kind) in enumerate(elements):
         if kind:
-            made.append(Block("TON", blocks.signature("TON"), Place(f"t{n}", Instance("TON")), (), (), "IN", "Q", span))
+            instance = Place(f"t{n}", Instance("TON"))
+            made.append(Block("TON", blocks.signature("TON"), instance, (), (), "IN", "Q", span))
         else:
             made.append(Contact("open", Load(Place(f"a{n}", BOOL)), span))
     nets = max(max(e[:2]) for e in elements) + 1
     names = ("rail", *(f"#{n}" for n in range(1, nets)))
-    return RungGraph("r", "r", None, tuple(made), tuple(e[0] for e in elements), tuple(e[1] for e in elements),
-                     names, span)
+    heads, tails = tuple(e[0] for e in elements), tuple(e[1] for e in elements)
+    return RungGraph("r", "r", None, tuple(made), heads, tails, names, span)
 
 
 def graph_of(text: str) -> RungGraph:
@@ -219,9 +220,12 @@ class Recorder:
         self.runs[index] = self.runs.get(index, 0) + 1
         seen = tuple(sorted(inputs.items()))
         self.events.append(("call", index, seen))
-        return {p.name: self._made_up((index, self.runs[index], seen, p.name), p.type) for p in block.signature.outputs}
+        return {p.name: self._made_up((index, self.runs[index], seen, p.name), p.type)
+                for p in block.signature.outputs}
 
-    def call_function(self, index: int, block: Block, enable: bool, inputs: Mapping[str, Any]) -> tuple[bool, dict]:
+    def call_function(
+        self, index: int, block: Block, enable: bool, inputs: Mapping[str, Any],
+    ) -> tuple[bool, dict]:
         if enable:
             self.events.append(("function", index, tuple(inputs.items())))
         return enable, {"OUT": self._made_up((index, tuple(inputs.items())), block.signature.result)}
@@ -237,4 +241,5 @@ class Recorder:
 
 
 def variables(random: Random) -> dict[str, bool]:
-    return {name: random.random() < 0.5 for name in (*(f"a{n}" for n in range(6)), *(f"q{n}" for n in range(4)))}
+    names = (*(f"a{n}" for n in range(6)), *(f"q{n}" for n in range(4)))
+    return {name: random.random() < 0.5 for name in names}

@@ -15,7 +15,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import models
+from reference_domain import Concrete, Fault, Standard
 
 from ldc.expr import Apply, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.graph.evaluate import evaluate
@@ -24,14 +24,9 @@ from ldc.graph.order import schedule
 from ldc.graph.rung import RungGraph
 from ldc.library import blocks, functions
 from ldc.library.faults import DivisionByZero
-from ldc.model.elements import Block
 from ldc.model.project import Model
 from ldc.symbols import Location, Variable
-from ldc.types import Array, Instance, String, Struct, Type, default, storage
-
-
-class Fault(Exception):
-    """A run-time fault: a division by zero, an index out of range, too many jumps."""
+from ldc.types import BOOL, Array, Instance, String, Struct, Type, default, storage
 
 
 class Frame:
@@ -40,24 +35,13 @@ class Frame:
     def __init__(self, machine: ReferenceMachine, pou: str, name: str) -> None:
         self.pou, self.name = pou, name
         self.hidden: dict[str, Any] = {}
-        self.variables: Mapping[str, Variable] = machine.model.pous[pou].variables if pou else machine.model.globals
+        known = machine.model
+        self.variables: Mapping[str, Variable] = known.pous[pou].variables if pou else known.globals
         self.values = {key: machine.fresh(v.type, v.initial) for key, v in self.variables.items()
                        if v.kind != "external" and v.location is None}
         for variable in self.variables.values():
             if variable.location is not None and variable.initial is not None:
                 machine.write_image(variable.location, variable.type, variable.initial)
-
-
-class Standard:
-    """An instance of a standard block: a model, and its pins as last seen."""
-
-    def __init__(self, kind: str) -> None:
-        self.model = models.make(kind)
-        self.given: dict[str, Any] = {}
-
-    @property
-    def values(self) -> dict[str, Any]:
-        return {**self.model.inputs, **self.given, **self.model.outputs}
 
 
 class ReferenceMachine:
@@ -69,12 +53,14 @@ class ReferenceMachine:
         self.now = 0
         self.first_scan = True
         self.image = {area: bytearray(model.image_bytes) for area in "IQM"}
-        self._plans = {id(g): (schedule(g), memories(g, schedule(g))) for rungs in self.graphs.values() for g in rungs}
+        drawings = [graph for rungs in self.graphs.values() for graph in rungs]
+        self._plans = {id(g): (turns := schedule(g), memories(g, turns)) for g in drawings}
         self.globals = Frame(self, "", "")
         self.tasks = [(task, [run for run in resource.runs if run.task == task.name])
                       for resource in model.resources for task in resource.tasks]
         self.tasks.sort(key=lambda pair: pair[0].priority)
-        self.programs = {run.name.upper(): Frame(self, run.pou, run.name) for _, runs in self.tasks for run in runs}
+        self.programs = {run.name.upper(): Frame(self, run.pou, run.name)
+                         for _, runs in self.tasks for run in runs}
         self._due = {id(task): 0 for task, _ in self.tasks}
 
     def scan(self, now_ns: int) -> None:
@@ -122,7 +108,8 @@ class ReferenceMachine:
                 return made
             case Struct(fields=fields):
                 given = {name.upper(): value for name, value in initial or ()}
-                return {f.name.upper(): self.fresh(f.type, given.get(f.name.upper(), f.initial)) for f in fields}
+                return {key: self.fresh(f.type, given.get(key, f.initial))
+                        for f in fields for key in (f.name.upper(),)}
             case Array(element=element):
                 flat = default(type_) if initial is None else initial
                 return [self.fresh(element, value if initial is not None else None) for value in flat]
@@ -251,7 +238,8 @@ class ReferenceMachine:
             area[location.byte] = area[location.byte] & ~(1 << location.bit) | bool(value) << location.bit
         else:
             size = location.bits // 8
-            area[location.byte : location.byte + size] = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+            raw = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+            area[location.byte : location.byte + size] = raw
 
     # -- from outside
 
@@ -264,8 +252,6 @@ class ReferenceMachine:
         self.store(frame, place, value)
 
     def _path(self, path: str) -> tuple[Frame, Place]:
-        from ldc.types import BOOL
-
         if path.startswith("%"):
             return self.globals, Place(path.upper(), BOOL, is_global=True)
         names = re.findall(r"\w+|\[[^\]]*\]", path)
@@ -295,86 +281,3 @@ class ReferenceMachine:
         if signature is not None:
             return signature.pin(name).type
         return self.model.pous[type_.pou.upper()].variables[name.upper()].type
-
-
-class Concrete:
-    """The domain of Python values, for one execution of a rung in a frame."""
-
-    true, false = True, False
-
-    def __init__(self, machine: ReferenceMachine, frame: Frame) -> None:
-        self.machine, self.frame = machine, frame
-        self.taken: list[tuple[int, str | None]] = []
-
-    and_ = staticmethod(lambda a, b: a and b)
-    or_ = staticmethod(lambda a, b: a or b)
-    not_ = staticmethod(lambda a: not a)
-    zero = staticmethod(default)
-    choose = staticmethod(lambda when, yes, no: yes if when else no)
-
-    def contact(self, expr: Expr, power: bool) -> bool:
-        return power and self.machine.value(self.frame, expr)
-
-    def value(self, expr: Expr, when: bool) -> Any:
-        return self.machine.value(self.frame, expr) if when else default(expr.type)
-
-    def convert(self, value: Any, source: Type, target: Type) -> Any:
-        return functions.meaning(functions.conversion(source, target), (source,), target)(value)
-
-    def store(self, place: Place, value: Any, when: bool) -> None:
-        if when:
-            self.machine.store(self.frame, place, value)
-
-    def recall(self, name: str, type_: Type | None = None) -> Any:
-        return self.frame.hidden.get(name, False if type_ is None else default(type_))
-
-    def remember(self, name: str, value: Any, type_: Type | None = None) -> None:
-        self.frame.hidden[name] = value
-
-    def call_block(self, index: int, block: Block, inputs: Mapping[str, Any]) -> Mapping[str, Any]:
-        instance = self.machine.load(self.frame, block.instance)
-        if isinstance(instance, Standard):
-            given, instance.given = {**instance.given, **{p.upper(): v for p, v in inputs.items()}}, {}
-            return _Pins(instance.model.step(self.machine.now, **given))
-        instance.values.update({pin.upper(): value for pin, value in inputs.items()})
-        self.machine.run(instance)
-        return _Pins(instance.values)
-
-    def call_function(
-        self, index: int, block: Block, enable: bool, inputs: Mapping[str, Any],
-    ) -> tuple[bool, Mapping[str, Any]]:
-        if not enable:
-            return False, _Nothing()
-        if not block.signature.standard:
-            result, frame = self.machine.call(block.callee, list(inputs.values()))
-            return True, _Pins({**frame.values, "OUT": result})
-        types = {p.pin: p.type for p in block.inputs}
-        meaning = functions.meaning(block.callee, tuple(types.get(pin, block.signature.pin(pin).type) for pin in inputs),
-                                    block.signature.result)
-        try:
-            return True, {"OUT": meaning(*inputs.values())}
-        except DivisionByZero as error:
-            if block.power_out == "ENO" or any(p.pin == "ENO" for p in block.outputs):
-                return False, _Nothing()
-            raise Fault("division by zero") from error
-
-    def jump(self, index: int, label: str | None, when: bool) -> None:
-        if when:
-            self.taken.append((index, label))
-
-
-class _Pins(dict):
-    """Output pins by name in any case."""
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        super().__init__({name.upper(): value for name, value in values.items()})
-
-    def __getitem__(self, pin: str) -> Any:
-        return super().__getitem__(pin.upper())
-
-
-class _Nothing(dict):
-    """The pins of a function that did not run: nobody may use them."""
-
-    def __missing__(self, pin: str) -> bool:
-        return False

@@ -35,7 +35,8 @@ def test_junction_names_are_case_insensitive() -> None:
 
 
 def test_junction_in_branch_lies_where_it_is_drawn() -> None:
-    assert ends("[a0] { [a1] @m [a2] | [a3] } (q0); @m (q1)") == [(0, 1), (1, 2), (2, 3), (1, 3), (3, 4), (2, 5)]
+    assert ends("[a0] { [a1] @m [a2] | [a3] } (q0); @m (q1)") == [
+        (0, 1), (1, 2), (2, 3), (1, 3), (3, 4), (2, 5)]
 
 
 def test_branch_that_begins_with_a_junction_starts_before_the_braces() -> None:

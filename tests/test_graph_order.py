@@ -135,7 +135,8 @@ def test_many_loops_in_a_row_are_fast() -> None:
 def test_edge_memories_are_named_by_key_kind_operand_and_ordinal() -> None:
     graph = graph_of("[P a0] [N a0] { [P a0] | [P a1] } (P q0) (N q0)")
     assert list(memories(graph, schedule(graph)).edges.values()) == [
-        "_ldc_r_P_a0_1", "_ldc_r_N_a0_1", "_ldc_r_P_a0_2", "_ldc_r_P_a1_1", "_ldc_r_PC_q0_1", "_ldc_r_NC_q0_1"]
+        "_ldc_r_P_a0_1", "_ldc_r_N_a0_1", "_ldc_r_P_a0_2", "_ldc_r_P_a1_1",
+        "_ldc_r_PC_q0_1", "_ldc_r_NC_q0_1"]
 
 
 def test_loop_memories_are_one_for_each_power_that_comes_late() -> None:

@@ -26,7 +26,8 @@ def compiled(text: str, **options) -> pipeline.Compiled:
 
 
 def reference(made: pipeline.Compiled) -> ReferenceMachine:
-    return ReferenceMachine(made.model, {name: [b.graph for b in builds] for name, builds in made.units.items()})
+    graphs = {name: [build.graph for build in builds] for name, builds in made.units.items()}
+    return ReferenceMachine(made.model, graphs)
 
 
 def oracle(body: str, declarations: str = DECLARATIONS, more: str = "") -> ReferenceMachine:
@@ -128,7 +129,8 @@ def test_expression_without_power_is_not_evaluated() -> None:
 
 
 def test_jump_is_taken_after_the_rest_and_the_first_wins() -> None:
-    machine = oracle("RUNG [a0] { >>second | >>third } ; [a0] (q1)\nRUNG first (q0)\nRUNG second (S q2)\nRUNG third (q3)")
+    machine = oracle("RUNG [a0] { >>second | >>third } ; [a0] (q1)\nRUNG first (q0)\n"
+                     "RUNG second (S q2)\nRUNG third (q3)")
     machine.set("a0", True)
     machine.scan(0)
     assert [machine.get(f"q{n}") for n in range(4)] == [False, True, True, True]
@@ -174,7 +176,8 @@ def test_blocks_and_functions_of_the_project() -> None:
 def test_places() -> None:
     machine = oracle(
         "RUNG [many[i0]] (many[i0 + 1]) (flags.3)\nRUNG [%IX2.1] (q0)\nRUNG <MOVE(IN := level, OUT => copy)>",
-        DECLARATIONS + "VAR many : ARRAY [1..3] OF BOOL; flags : WORD; level AT %IW4 : INT; copy AT %QW1 : INT; END_VAR\n")
+        DECLARATIONS + "VAR many : ARRAY [1..3] OF BOOL; flags : WORD; END_VAR\n"
+        "VAR level AT %IW4 : INT; copy AT %QW1 : INT; END_VAR\n")
     machine.set("i0", 1)
     machine.set("many[1]", True)
     machine.set("%IX2.1", True)

@@ -44,7 +44,8 @@ FINE = {
     "coil alone": "(q0)",
     "coils in the middle": "[a0] (q0) [a1] (q1)",
     "block without wires": "<u0: CTUD(CD := a0, PV := 1) in=_ out=_>",
-    "block that feeds a pin of a later one": "[a0] <u0: CTUD(PV := 1, QD => @d)>; [a1] <u1: CTUD(R := @d, PV := 2)>",
+    "block that feeds a pin of a later one":
+        "[a0] <u0: CTUD(PV := 1, QD => @d)>; [a1] <u1: CTUD(R := @d, PV := 2)>",
     "jump beside a coil": "[a0] { (q0) | >>other }",
     "return": "[a0] >>RETURN",
     "power at two places of one name": "[a0] @x; [a1] @x; @x (q0)",

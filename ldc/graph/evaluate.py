@@ -95,10 +95,13 @@ def execute(
         leave, outputs = run_block(index, element, enter, pins, domain)
         given = [] if element.power_out is None else [(graph.tails[index], leave)]
         return given + outputs
-    return [(graph.tails[index], run_plain(index, element, net_power(graph.heads[index]), domain, memories))]
+    power = run_plain(index, element, net_power(graph.heads[index]), domain, memories)
+    return [(graph.tails[index], power)]
 
 
-def run_plain(index: int, element: Contact | Coil | Jump, power: Any, domain: Domain, memories: Memories) -> Any:
+def run_plain(
+    index: int, element: Contact | Coil | Jump, power: Any, domain: Domain, memories: Memories,
+) -> Any:
     """A contact, coil or jump with ``power`` at its head; returns the power at its tail."""
     if isinstance(element, Contact):
         return _contact(index, element, power, domain, memories)
@@ -155,7 +158,8 @@ def run_block(
     """
     if block.is_function:
         return _function(index, block, enter, pins, domain)
-    values = {p.pin: pins[p.pin] if p.pin in pins else domain.value(p.source, domain.true) for p in block.inputs}
+    values = {p.pin: pins[p.pin] if p.pin in pins else domain.value(p.source, domain.true)
+              for p in block.inputs}
     if block.power_in is not None:
         values = _declared_order({**values, block.power_in: enter}, block)
     results = domain.call_block(index, block, values)

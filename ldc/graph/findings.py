@@ -144,7 +144,8 @@ def bridge(graph: RungGraph, kept: Sequence[Net], diagnostics: Diagnostics) -> N
     count = f"{len(kept)} temporar{'y' if len(kept) == 1 else 'ies'}"
     named = [use.span for use in graph.junctions if use.net in set(kept)]
     diagnostics.note(
-        "LD0315", f"the rung is not series-parallel in its drawing order: compiled through {count}", graph.span, "",
+        "LD0315", f"the rung is not series-parallel in its drawing order: compiled through {count}",
+        graph.span, "",
         secondary=_labels(named, "kept in a temporary"),
         help="nothing needs to be done; a rung drawn with branches only needs no temporary")
 

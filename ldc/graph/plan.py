@@ -7,11 +7,13 @@ nothing else becomes that pin's own tree.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 
+from ldc.graph.loops import stale_reads
 from ldc.graph.memory import loop_nets, stale_nets
-from ldc.graph.network import PARALLEL, SERIES, SINK, Network, Rope
+from ldc.graph.network import SERIES, SINK, Network, Rope
 from ldc.graph.order import Turn
 from ldc.graph.rung import RAIL, RungGraph
 from ldc.graph.tree import Tap
@@ -29,9 +31,9 @@ class Choice:
 class Plan:
     """The arcs of a rung under a choice.
 
-    ``network``: to be reduced. ``pins``: (block, pin) to the rope it is fed with, or to the net whose
-    rope it gets. ``steps``: ropes that stand alone. ``kept``: nets with a step (where something is
-    left to keep) or kept by a block. ``outputs``: see ``SPTree``.
+    ``network``: to be reduced. ``pins``: per block, its pins that nets feed, each with its rope or with
+    the net whose rope it gets. ``steps``: ropes that stand alone. ``kept``: nets with a step (where
+    something is left to keep) or kept by a block. ``outputs``: see ``SPTree``.
     """
 
     def __init__(self, graph: RungGraph, turns: Sequence[Turn], choice: Choice) -> None:
@@ -41,13 +43,16 @@ class Plan:
         self.steps: list[tuple[Net | None, Rope]] = []
         self.outputs: list[tuple[int, str, Net]] = []
         self._stale = {t.element: (set(t.stale), stale_nets(graph, t)) for t in turns if t.stale}
-        self._fresh = max(len(graph.net_names), *(kept + 1 for kept in self.loops.values())) if self.loops else 0
+        self._fresh = count(max((len(graph.net_names), *(kept + 1 for kept in self.loops.values()))))
         self._split = {net for (_, net), kept in self.loops.items() if kept != net}
+        self._reads: dict[tuple[int, Net], Rope] = {}
         self._count_uses()
         self.kept = self._find_kept()
-        self.network = Network(self.kept | set(self.pin_nets))
-        for net in sorted(self._split):
-            self._split_net(net)
+        self.network = Network((*self.kept, *self.pin_nets))
+        if self._split:
+            position = {turn.element: at for at, turn in enumerate(turns)}
+            for net in sorted(self._split):
+                self._split_net(net, position)
         for turn in turns:
             self._add(turn.element)
 
@@ -85,16 +90,22 @@ class Plan:
     def used(self, net: Net) -> bool:
         return bool(self.arc_uses[net] or self.pin_uses[net]) or net in self._split
 
-    def _split_net(self, net: Net) -> None:
+    def _split_net(self, net: Net, position: Mapping[int, int]) -> None:
         """A loop net that several elements feed: each keeps its own share, the net is their OR."""
+        shares = []
         for feeder in self.graph.incoming[net]:
             share = self.loops.get((feeder, net))
             if share is None:
-                share = self.loops[feeder, net] = self._fresh
-                self._fresh += 1
+                share = self.loops[feeder, net] = next(self._fresh)
                 self.network.terminals.add(share)
+            shares.append((position[feeder], share))
             if self.arc_uses[net] or self.pin_uses[net]:
                 self.network.add(RAIL, net, Tap(share))
+        readers = sorted((position[i], i) for i, (_, nets) in self._stale.items() if net in nets)
+        uses = sum(self.graph.sources(i).count(net) for _, i in readers)
+        ropes, kept = stale_reads(sorted(shares), [at for at, _ in readers], uses, self._fresh)
+        self._reads.update(((i, net), rope) for (_, i), rope in zip(readers, ropes))
+        self.steps += kept
 
     def _add(self, index: int) -> None:
         """The arc of an element, and what its pins take and give."""
@@ -128,12 +139,7 @@ class Plan:
     def _from(self, index: int, net: Net) -> Net | Rope:
         """Where the power of ``net`` comes from: the net itself, or a rope of taps when it is kept."""
         if index in self._stale and net in self._stale[index][1]:
-            stale = self._stale[index][0]
-            taps = [Tap(self.loops[feeder, net], feeder in stale) for feeder in self.graph.incoming[net]]
-            rope: Rope = taps[0]
-            for tap in taps[1:]:
-                rope = (PARALLEL, rope, tap)
-            return rope
+            return self._reads[index, net] if net in self._split else Tap(net, True)
         return Tap(net) if net in self.kept else net
 
     def _to(self, index: int, net: Net) -> Net:

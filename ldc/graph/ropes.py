@@ -27,7 +27,7 @@ def grow(
     rope: Rope, pins_of: Callable[[int], Sequence[tuple[str, Rope]]], position: Sequence[int],
 ) -> Grown:
     """The tree of ``rope`` and the position in the schedule of the element that it executes first (late
-    when it has none). ``pins_of``: the pin ropes of a block; ``position``: element to its place in the schedule."""
+    when it has none). ``pins_of``: the pin ropes of a block; ``position``: element to its place there."""
     frames: list[tuple[object, list[Rope], list[Grown]]] = [("", [rope], [])]
     while True:
         what, pending, done = frames[-1]
