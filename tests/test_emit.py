@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ldc.expr import Apply, Const, IndexStep, Load, Place
-from ldc.il.emit import Emitter, conjunction, disjunction, negation
+from ldc.il.emit import Emitter
+from ldc.il.values import conjunction, disjunction, negation
 from ldc.il.symbolic import Memory, Operands
 from ldc.il.verify import execute
 from ldc.types import BOOL, DINT, INT, TIME

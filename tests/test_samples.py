@@ -17,7 +17,6 @@ from ldc.il import text as il_text
 from ldc.il.typecheck import check_unit
 from ldc.source import SourceFile
 from runtime import stimuli, trace
-from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
 
 SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml"))

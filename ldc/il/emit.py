@@ -7,31 +7,28 @@ rule 7): the composite operand that nests deepest goes first and needs none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.expr import Apply, BitStep, Const, FieldStep, IndexStep, Load, Place
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
+from ldc.il.values import (
+    Held,
+    Value,
+    all_negated,
+    as_expr,
+    is_not,
+    is_real,
+    is_simple,
+    simple_indexes,
+    typed_function,
+)
 from ldc.source import Span
 from ldc.symbols import Variable
-from ldc.types import BOOL, DATE, DT, LINT, TIME, TOD, Elementary, Type
+from ldc.types import BOOL, LINT, TIME, Type
 
-# Arithmetic whose two sides have different types is a call of the standard's typed function (table 30).
-_MIXED = {
-    ("ADD", TOD, TIME): "ADD_TOD_TIME", ("ADD", DT, TIME): "ADD_DT_TIME",
-    ("SUB", DATE, DATE): "SUB_DATE_DATE", ("SUB", TOD, TIME): "SUB_TOD_TIME",
-    ("SUB", TOD, TOD): "SUB_TOD_TOD", ("SUB", DT, TIME): "SUB_DT_TIME", ("SUB", DT, DT): "SUB_DT_DT",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Held:
-    """A value that was computed once: in the accumulator still, or (when that was needed) in a temporary."""
-
-    id: int
-    type: Type
-
-
-Value = Expr | Held
+# Python and old controllers both limit nesting; deeper expressions go through temporaries.
+_DEEPEST = 40
+_KEEPS_ACC = frozenset(("ST", "STN", "S", "R", "JMPC", "JMPCN", "RETC", "RETCN"))
+_LOADS = frozenset(("LD", "LDN"))
+_OPERATORS = frozenset((*LOGIC, *ARITHMETIC, *COMPARISON, "NOT"))
 
 
 class _Gap:
@@ -41,51 +38,6 @@ class _Gap:
 
     def __init__(self) -> None:
         self.store: Instr | None = None
-
-
-
-def conjunction(items: list[Value]) -> Value:
-    return items[0] if len(items) == 1 else Apply("AND", tuple(items), BOOL)
-
-
-def disjunction(items: list[Value]) -> Value:
-    return items[0] if len(items) == 1 else Apply("OR", tuple(items), BOOL)
-
-
-def negation(item: Value) -> Value:
-    if isinstance(item, Const):
-        return Const(not item.value, BOOL, item.span)
-    return Apply("NOT", (item,), BOOL)
-
-
-def typed_function(op: str, types: tuple[Type, ...]) -> str | None:
-    """The name of the function that an operator on unequal types stands for (MULTIME, SUB_DT_DT ...)."""
-    if len(types) != 2:
-        return None
-    left, right = types
-    if op in ("MUL", "DIV") and left == TIME and right != TIME:
-        return op + "TIME"
-    return _MIXED.get((op, left, right))
-
-
-def can_fault(expr: Value) -> bool:
-    """Whether evaluating may stop the task: a division, an index that is not constant, a user function."""
-    stack: list[Value] = [expr]
-    while stack:
-        match stack.pop():
-            case Load(place):
-                if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes)
-                       for s in place.steps):
-                    return True
-            case Apply(op, args, user=user):
-                if user or op in ("DIV", "MOD", "DIVTIME") and not _nonzero(args[1]):
-                    return True
-                stack.extend(args)
-    return False
-
-
-def _nonzero(expr: Value) -> bool:
-    return isinstance(expr, Const) and expr.value != 0
 
 
 class Emitter:
@@ -107,6 +59,8 @@ class Emitter:
         self._counts: dict[Type, int] = {}
         self._labels = 0
         self._depths: dict[int, tuple[Value, int]] = {}
+        # For the held value in the accumulator: which expressions can begin with it.
+        self._leading: tuple[Held | None, dict[int, tuple[Value, bool]]] = None, {}
         # Which element an expression stems from, by identity; the expression is held with it.
         self._owners: dict[int, tuple[Value, int, Span | None]] = {}
 
@@ -128,7 +82,7 @@ class Emitter:
     def own(self, expr: Value) -> Value:
         """Notes that ``expr``, which may be computed later, stems from the current element."""
         self._owners[id(expr)] = expr, self.element, self.span
-        if _is_not(expr):
+        if is_not(expr):
             self.own(expr.args[0])
         return expr
 
@@ -186,11 +140,11 @@ class Emitter:
 
     def place(self, place: Place) -> Place:
         """The place with every index a constant or a variable."""
-        if all(isinstance(s, FieldStep | BitStep) or _simple_indexes(s) for s in place.steps):
+        if all(isinstance(s, FieldStep | BitStep) or simple_indexes(s) for s in place.steps):
             return place
         steps = tuple(
             s if not isinstance(s, IndexStep)
-            else IndexStep(tuple(_as_expr(self.simple(i)) for i in s.indexes), s.bounds)
+            else IndexStep(tuple(as_expr(self.simple(i)) for i in s.indexes), s.bounds)
             for s in place.steps)
         return Place(place.root, place.type, steps, place.is_global, place.span)
 
@@ -225,13 +179,13 @@ class Emitter:
                 if op == "MOVE":
                     return self._prepare(args[0], budget)
                 if op == "NEG":
-                    minus = Const(-1.0 if _is_real(type_) else -1, type_ if type_ != TIME else LINT)
+                    minus = Const(-1.0 if is_real(type_) else -1, type_ if type_ != TIME else LINT)
                     return self._prepare(Apply("MUL", (args[0], minus), type_, expr.span), budget)
                 if op in LOGIC:
                     return self._prepare_logic(expr, budget)
                 function = typed_function(op, tuple(a.type for a in args))
                 if function or user or op not in _OPERATORS:
-                    rest = tuple(_as_expr(self.simple(a)) for a in args[1:])
+                    rest = tuple(as_expr(self.simple(a)) for a in args[1:])
                     first = tuple(self._prepare(a, budget) for a in args[:1])
                     return Apply(function or op, first + rest, type_, expr.span, user)
                 return Apply(op, self._prepare_rest(args, budget), type_, expr.span)
@@ -245,8 +199,8 @@ class Emitter:
             if rank > best_rank:
                 best, best_rank = n, rank
         args = expr.args if best == 0 else (expr.args[best], *expr.args[:best], *expr.args[best + 1:])
-        if best_rank == (0, 0) and _is_not(args[0]):
-            plain = next((n for n, a in enumerate(args) if not _is_not(a)), 0)
+        if best_rank == (0, 0) and is_not(args[0]):
+            plain = next((n for n, a in enumerate(args) if not is_not(a)), 0)
             args = (args[plain], *args[:plain], *args[plain + 1:])
         return Apply(expr.op, self._prepare_rest(args, budget), expr.type, expr.span)
 
@@ -256,7 +210,7 @@ class Emitter:
         for n, arg in enumerate(args):
             if n == 0:
                 prepared.append(self._prepare(arg, budget))
-            elif _is_simple(arg) or _is_not(arg) and _is_simple(arg.args[0]):
+            elif is_simple(arg) or is_not(arg) and is_simple(arg.args[0]):
                 prepared.append(self._prepare(arg, budget))
             elif budget > 0:
                 prepared.append(self._prepare(arg, budget - 1))
@@ -267,7 +221,7 @@ class Emitter:
 
     def _depth(self, expr: Value) -> int:
         """Parentheses plus one that ``expr`` nests when it stands first; 0 for what is simple."""
-        if not isinstance(expr, Apply) or _is_not(expr) and _is_simple(expr.args[0]):
+        if not isinstance(expr, Apply) or is_not(expr) and is_simple(expr.args[0]):
             return 0
         known = self._depths.get(id(expr))
         if known is not None:
@@ -281,21 +235,19 @@ class Emitter:
 
     def _starts_with_acc(self, expr: Value) -> bool:
         """Whether code for ``expr`` can begin with what the accumulator holds."""
-        if self._acc is None:
+        if self._acc is None or isinstance(expr, Held):
+            return self._acc is not None and expr == self._acc
+        if not isinstance(expr, Apply):
             return False
-        while True:
-            if isinstance(expr, Held):
-                return expr == self._acc
-            if not isinstance(expr, Apply) or not expr.args:
-                return False
-            if expr.op in LOGIC:
-                expr = next((a for a in expr.args if self._contains_acc(a)), expr.args[0])
-            else:
-                expr = expr.args[0]
-
-    def _contains_acc(self, expr: Value) -> bool:
-        return expr == self._acc if isinstance(expr, Held) else (
-            isinstance(expr, Apply) and self._starts_with_acc(expr))
+        if self._leading[0] != self._acc:
+            self._leading = self._acc, {}
+        known = self._leading[1].get(id(expr))
+        if known is None:
+            found = False
+            for arg in expr.args if expr.op in LOGIC else expr.args[:1]:
+                found = found or self._starts_with_acc(arg)
+            known = self._leading[1][id(expr)] = expr, found
+        return known[1]
 
     # -- the expression itself
 
@@ -321,7 +273,7 @@ class Emitter:
                     self.put("LD", self.held_place(expr), expr.type)
             case Const() | Load():
                 self.put("LD", expr if isinstance(expr, Const) else expr.place, expr.type)
-            case Apply("NOT", (arg,)) if arg.type == BOOL and _is_simple(arg) and arg != self._acc:
+            case Apply("NOT", (arg,)) if arg.type == BOOL and is_simple(arg) and arg != self._acc:
                 self.put("LDN", self._operand(arg))
             case Apply("NOT", (arg,)):
                 self._generate(arg)
@@ -341,15 +293,15 @@ class Emitter:
         self.element, self.span = outer
 
     def _apply_here(self, op: str, type_: Type, arg: Value) -> None:
-        if _is_simple(arg):
+        if is_simple(arg):
             self.put(op, self._operand(arg), type_)
             return
-        if op in LOGIC and _is_not(arg):
+        if op in LOGIC and is_not(arg):
             op, arg = op + "N", arg.args[0]
-            if _is_simple(arg) and type_ == BOOL:
+            if is_simple(arg) and type_ == BOOL:
                 self.put(op, self._operand(arg), type_)
                 return
-        elif op in LOGIC and (swapped := _all_negated(arg)):
+        elif op in LOGIC and (swapped := all_negated(arg)):
             op, arg = op + "N", swapped
         outer, self.out, self._acc = self.out, [], None
         opened = len(outer)
@@ -375,40 +327,3 @@ class Emitter:
             case Load(place):
                 return place
         return self.held_place(expr)
-
-
-# Python and old controllers both limit nesting; deeper expressions go through temporaries.
-_DEEPEST = 40
-_KEEPS_ACC = frozenset(("ST", "STN", "S", "R", "JMPC", "JMPCN", "RETC", "RETCN"))
-_LOADS = frozenset(("LD", "LDN"))
-_OPERATORS = frozenset((*LOGIC, *ARITHMETIC, *COMPARISON, "NOT"))
-
-
-def _is_real(type_: Type) -> bool:
-    return isinstance(type_, Elementary) and type_.kind == "real"
-
-
-def _is_simple(expr: Value) -> bool:
-    return not isinstance(expr, Apply)
-
-
-def _is_not(expr: Value) -> bool:
-    return isinstance(expr, Apply) and expr.op == "NOT"
-
-
-def _simple_indexes(step: IndexStep) -> bool:
-    return all(isinstance(i, Const) or isinstance(i, Load) and
-               all(isinstance(s, FieldStep | BitStep) or _simple_indexes(s) for s in i.place.steps)
-               for i in step.indexes)
-
-
-def _as_expr(operand: Const | Place) -> Expr:
-    return operand if isinstance(operand, Const) else Load(operand)
-
-
-def _all_negated(expr: Value) -> Apply | None:
-    """De Morgan: ``/a OR /b`` is NOT (a AND b), which needs no load of its own for the first operand."""
-    if (isinstance(expr, Apply) and expr.op in ("AND", "OR") and expr.type == BOOL
-            and all(_is_not(a) and _is_simple(a.args[0]) for a in expr.args)):
-        return Apply("OR" if expr.op == "AND" else "AND", tuple(a.args[0] for a in expr.args), BOOL, expr.span)
-    return None

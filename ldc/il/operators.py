@@ -7,7 +7,7 @@ from dataclasses import replace
 from ldc.expr import Const, Place
 from ldc.il import findings, function_calls
 from ldc.il.accumulator import POISON, Accumulator, Open, base, common, plain
-from ldc.il.emit import typed_function
+from ldc.il.values import typed_function
 from ldc.il.machine import Machine, conversion_line
 from ldc.il.operands import Operand
 from ldc.il.program import COMPARISON, LOGIC, Instr

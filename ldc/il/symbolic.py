@@ -14,7 +14,7 @@ import random
 from dataclasses import dataclass
 
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
-from ldc.il.emit import typed_function
+from ldc.il.values import typed_function
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type
 

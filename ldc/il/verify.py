@@ -9,21 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from ldc.expr import Apply, Const, Expr, FieldStep, Load, Place
+from ldc.expr import Const, Expr, FieldStep, Place
 from ldc.graph.evaluate import evaluate
 from ldc.graph.memory import Memories
 from ldc.graph.order import Turn
 from ldc.graph.rung import RungGraph
 from ldc.graph.tree import SPTree
 from ldc.graph.tree_eval import evaluate_tree
+from ldc.il.lower_blocks import DIVISIONS, eno_drawn
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
-from ldc.il.symbolic import ALL, LANES, Memory, Operands, Term, Value
+from ldc.il.symbolic import ALL, Memory, Operands, Term, Value
 from ldc.library import blocks, functions
 from ldc.model.elements import Block
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Instance, Type, default
-
-_DIVISIONS = frozenset(("DIV", "MOD", "DIVTIME"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +138,7 @@ class GraphDomain:
         values = [inputs[name] for name in names]
         kinds = [types.get(name, BOOL) for name in names]
         eno = enable
-        if block.callee in _DIVISIONS and _eno_drawn(block):
+        if block.callee in DIVISIONS and eno_drawn(block):
             divisor = next((p.source for p in block.inputs if p.pin == names[1]), None)
             if not (isinstance(divisor, Const) and divisor.value != 0):
                 zero = self.zero(kinds[1])
@@ -160,10 +159,6 @@ class GraphDomain:
 def _pin(block: Block, name: str) -> Place:
     instance, parameter = block.instance, block.signature.pin(name)
     return Place(instance.root, parameter.type, (*instance.steps, FieldStep(name)), instance.is_global)
-
-
-def _eno_drawn(block: Block) -> bool:
-    return block.power_out == "ENO" or any(p.pin == "ENO" for p in block.outputs)
 
 
 # -- the IL
