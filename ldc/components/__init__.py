@@ -1,1 +1,4 @@
+"""Multi-language components: descriptors, address remap, bodies in C, C++, ST and IL (DESIGN section 6).
 
+Empty until components arrive.
+"""

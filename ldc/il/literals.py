@@ -71,8 +71,10 @@ def _as_single(value: float) -> float | None:
 
 
 def time_text(nanoseconds: int) -> str:
-    """``T#1500ms``: milliseconds, which every compiler reads, with a fraction only when needed."""
+    """``T#2s``, else ``T#1500ms``: one unit, which every compiler reads, with a fraction only when needed."""
     sign, rest = ("-", -nanoseconds) if nanoseconds < 0 else ("", nanoseconds)
+    if rest and rest % _SECOND == 0:
+        return f"T#{sign}{rest // _SECOND}s"
     whole, fraction = divmod(rest, 10**6)
     digits = f".{fraction:06d}".rstrip("0") if fraction else ""
     return f"T#{sign}{whole}{digits}ms"
