@@ -11,12 +11,16 @@ from rich.table import Table
 
 def show(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], note: str = "") -> None:
     """Prints a table; ``note`` says how to read it."""
-    table = Table(title=title, title_justify="left", caption=note or None, caption_justify="left")
+    table = Table()
     for n, column in enumerate(columns):
         table.add_column(column, justify="left" if n == 0 else "right", no_wrap=True)
     for row in rows:
         table.add_row(*row)
-    Console(width=110).print(table)
+    console = Console(width=110, highlight=False)
+    console.print(title, style="bold")
+    console.print(table)
+    if note:
+        console.print(note + "\n")
 
 
 def spread(values: Sequence[float], digits: int = 2, unit: str = "") -> str:

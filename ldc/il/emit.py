@@ -140,7 +140,7 @@ class Emitter:
 
     def place(self, place: Place) -> Place:
         """The place with every index a constant or a variable."""
-        if all(isinstance(s, FieldStep | BitStep) or simple_indexes(s) for s in place.steps):
+        if not place.steps or all(isinstance(s, FieldStep | BitStep) or simple_indexes(s) for s in place.steps):
             return place
         steps = tuple(
             s if not isinstance(s, IndexStep)
@@ -161,6 +161,8 @@ class Emitter:
         return _DEEPEST if self.max_paren_depth is None else min(self.max_paren_depth, _DEEPEST)
 
     def _prepare(self, expr: Value, budget: int) -> Value:
+        if isinstance(expr, Load) and not expr.place.steps:
+            return expr
         prepared = self._prepared(expr, budget)
         owner = self._owners.get(id(expr))
         if owner is not None and prepared is not expr:

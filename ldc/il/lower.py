@@ -52,6 +52,7 @@ class _Lowering:
         self.nets: dict[int, Value] = {}
         self.jumps: list[tuple[int, str | None, Value]] = []
         self._pure: dict[int, tuple[Tree, bool]] = {}
+        self._pure_elements: dict[int, bool] = {}
 
     def step(self, step: Step) -> None:
         power = self.power(step.tree, TRUE, step.net is not None)
@@ -137,9 +138,13 @@ class _Lowering:
         if isinstance(tree, Tap):
             return True
         if isinstance(tree, Leaf):
-            element = self.graph.elements[tree.index]
-            return (isinstance(element, Contact) and element.kind not in ("rising", "falling")
+            known = self._pure_elements.get(tree.index)
+            if known is None:
+                element = self.graph.elements[tree.index]
+                known = self._pure_elements[tree.index] = (
+                    isinstance(element, Contact) and element.kind not in ("rising", "falling")
                     and not can_fault(element.expr))
+            return known
         known = self._pure.get(id(tree))
         if known is None:
             result = True

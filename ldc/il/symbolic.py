@@ -11,8 +11,6 @@ and, since hidden memories are operands too, for every number of scans (ADR 0004
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
-
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
 from ldc.symbols import Location
@@ -61,12 +59,19 @@ class Operands:
         self.columns: dict[Term, int] = {}
         # By identity, since the same objects are read over and over; held, so that none is reused.
         self.places: dict[int, tuple[Place, Key]] = {}
+        self._keys: dict[tuple, Key] = {}
         self._terms: dict[tuple, Term] = {}
 
     def term(self, *key: object) -> Term:
         known = self._terms.get(key)
         if known is None:
             known = self._terms[key] = Term(key, len(self._terms))
+        return known
+
+    def key(self, root: tuple, steps: tuple) -> Key:
+        known = self._keys.get((root, steps))
+        if known is None:
+            known = self._keys[root, steps] = Key(root, steps)
         return known
 
     def column(self, term: Term) -> int:
@@ -82,12 +87,14 @@ class Operands:
         return len(self.columns) <= EXHAUSTIVE
 
 
-@dataclass(frozen=True, slots=True)
 class Key:
-    """Where a place lies: ``root`` (a variable or a byte image) and the way from there."""
+    """Where a place lies: ``root`` (a variable or a byte image) and the way from there; interned."""
 
-    root: tuple
-    steps: tuple
+    __slots__ = ("root", "steps")
+
+    def __init__(self, root: tuple, steps: tuple) -> None:
+        self.root = root
+        self.steps = steps
 
 
 class Memory:
@@ -98,6 +105,8 @@ class Memory:
         self.locations = locations or {}
         # Per root: steps, value, when it was written, type.
         self.logs: dict[tuple, list[tuple[tuple, Value, int, Type]]] = {}
+        # What was read or written last, by root and key; a write to a root forgets the rest of it.
+        self._current: dict[tuple, dict[Key, Value]] = {}
         self.epochs: dict[tuple | str, int] = {}
         self.events: list[tuple] = []
 
@@ -166,7 +175,7 @@ class Memory:
 
     def operator(self, op: str, values: list[Value], types: list[Type], type_: Type) -> Value:
         """The meaning of an operator: logic of BOOL is computed, all else is a term."""
-        if type_ == BOOL and op in ("AND", "OR", "XOR", "NOT"):
+        if (type_ is BOOL or type_ == BOOL) and op in ("AND", "OR", "XOR", "NOT"):
             return _logic(op, [self.boolean(v) for v in values])
         if op in _COMPARISON_CHAINS and len(values) > 2:
             pairs = [self.operator(op, [a, b], types[:2], BOOL) for a, b in zip(values, values[1:])]
@@ -204,12 +213,12 @@ class Memory:
 
     def _key(self, place: Place) -> Key:
         root = place.root.upper()
-        steps = tuple(self._step(s) for s in place.steps)
+        steps = tuple([self._step(s) for s in place.steps]) if place.steps else ()
         location = self.locations.get(root) if not root.startswith("%") else Location.parse(root)
         if location is not None:
             first = location.byte * 8 + location.bit
-            return Key(("%", location.area), (("at", first, location.bits), *steps))
-        return Key((place.is_global, root), steps)
+            return self.operands.key(("%", location.area), (("at", first, location.bits), *steps))
+        return self.operands.key((place.is_global, root), steps)
 
     def _step(self, step) -> object:
         match step:
@@ -221,8 +230,16 @@ class Memory:
 
     def read(self, place: Place) -> Value:
         key = self.key(place)
-        value = self._read(key, len(self.logs.get(key.root, ())), place.type)
-        return self.boolean(value) if place.type == BOOL else value
+        current = self._current.get(key.root)
+        if current is None:
+            current = self._current[key.root] = {}
+        value = current.get(key)
+        if value is None:
+            value = self._read(key, len(self.logs.get(key.root, ())), place.type)
+            if place.type is BOOL or place.type == BOOL:
+                value = self.boolean(value)
+            current[key] = value
+        return value
 
     def _read(self, key: Key, upto: int, type_: Type) -> Value:
         log = self.logs.get(key.root, ())
@@ -248,6 +265,7 @@ class Memory:
         if when == 0:
             return
         key = self.key(place)
+        self._current[key.root] = {key: value} if when == ALL else {}
         log = self.logs.setdefault(key.root, [])
         if when == ALL and log and all(entry[0] == key.steps for entry in log):
             log.clear()
@@ -258,7 +276,7 @@ class Memory:
         log = self.logs.get(root, ())
         values = []
         for steps, type_ in {entry[0]: entry[3] for entry in log}.items():
-            value = self._read(Key(root, steps), len(log), type_)
+            value = self._read(self.operands.key(root, steps), len(log), type_)
             values.append((steps, self.boolean(value) if type_ == BOOL else value))
         return tuple(sorted(values, key=lambda item: repr(item[0])))
 
@@ -273,11 +291,13 @@ class Memory:
         self._forget(root)
         if sees_globals:
             self.epochs["globals"] = len(self.events)
+            self._current = {root: known for root, known in self._current.items() if not _shared(root)}
             for other in others:
                 self._forget(other)
 
     def _forget(self, root: tuple) -> None:
         self.logs[root] = []
+        self._current.pop(root, None)
         self.epochs[root] = len(self.events)
 
 

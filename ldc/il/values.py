@@ -52,6 +52,8 @@ def typed_function(op: str, types: tuple[Type, ...]) -> str | None:
 
 def can_fault(expr: Value) -> bool:
     """Whether evaluating may stop the task: a division, an index that is not constant, a user function."""
+    if isinstance(expr, Load) and not expr.place.steps:
+        return False
     stack: list[Value] = [expr]
     while stack:
         match stack.pop():
