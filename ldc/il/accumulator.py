@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.il import findings
-from ldc.il.program import LOGIC, Instr
+from ldc.il.program import COMPARISON, LOGIC, Instr
 from ldc.library import functions
 from ldc.model.type_findings import described
 from ldc.model.values import Untyped, natural, same, settle
 from ldc.source import Span
-from ldc.types import REAL, Elementary, Subrange, Type
+from ldc.types import REAL, Elementary, Subrange, Type, is_scalar
 
 # After an error: fits everywhere, so that one mistake gives one message.
 POISON = Elementary("?", "unknown", 0)
@@ -93,10 +93,10 @@ def plain(op: str) -> str:
 def does_not_work(diagnostics: Diagnostics, span: Span, op: str, type_: Type) -> None:
     """Reports an operator in a type that it does not work in."""
     works = "BOOL and bit strings" if plain(op.rstrip("(")) in (*LOGIC, "NOT") else (
-        "integers" if op == "MOD" else "numbers")
+        "integers" if op == "MOD" else "single values" if op.rstrip("(") in COMPARISON else "numbers")
     findings.wrong_types(diagnostics, span, f"`{op}` does not work on {described(type_)}",
                          f"the accumulator holds {described(type_)}",
-                         f"it works on {works}; convert it before")
+                         f"it works on {works}" + ("; convert it before" if is_scalar(type_) else ""))
 
 
 def allowed(op: str, type_: Type) -> bool:
@@ -104,6 +104,8 @@ def allowed(op: str, type_: Type) -> bool:
     kind = type_.kind if isinstance(type_, Elementary) else ""
     if op in ("AND", "OR", "XOR", "NOT"):
         return kind in ("bool", "bits")
+    if not is_scalar(type_):
+        return False
     if op == "MOD":
         return kind in ("int", "uint")
     if op in ("ADD", "SUB"):

@@ -16,7 +16,7 @@ from ldc.model.type_findings import conversion_help, described
 from ldc.model.values import AnyEnum, Untyped, same, settle
 from ldc.source import Span
 from ldc.symbols import Variable
-from ldc.types import BOOL, Enum, Instance, Type, is_scalar, storage
+from ldc.types import BOOL, Array, Enum, Instance, Struct, Type, is_scalar, storage
 
 # What needs no value in the accumulator, whatever was in it before.
 _FRESH = frozenset(("", "LD", "LDN", "JMP", "CAL", "RET", "RETURN"))
@@ -77,10 +77,11 @@ class Machine:
 
     # -- values
 
-    def value(self, start: int, end: int) -> Operand | None:
-        """The operand at these offsets when it is a single value."""
+    def value(self, start: int, end: int, whole: bool = False) -> Operand | None:
+        """The operand at these offsets when it is a single value or, with ``whole``, an array or a
+        structure to be copied."""
         found = self.operands.value(start, end, self.acc.type if isinstance(self.acc.type, Enum) else None)
-        if isinstance(found, Place) and not is_scalar(found.type):
+        if isinstance(found, Place) and not (is_scalar(found.type) or whole and copied(found.type)):
             what = described(found.type)
             help = "name one of its outputs, `instance.pin`" if isinstance(found.type, Instance) \
                 else "load its elements one by one"
@@ -203,7 +204,19 @@ class Machine:
         findings.unbalanced(self.diagnostics, span, "never closed", "add the missing `)`")
 
 
+def copied(type_: Type) -> bool:
+    """Whether LD and ST move values of the type: of any but function blocks and what holds some."""
+    match type_:
+        case Array(element=element):
+            return copied(element)
+        case Struct(fields=fields):
+            return all(copied(f.type) for f in fields)
+    return not isinstance(type_, Instance)
+
+
 def conversion_line(got: Type, wanted: Type, convert: str = "convert it by `") -> str:
+    if not (is_scalar(got) and is_scalar(wanted)):
+        return "both sides of a copy have one type; name an element or a member to take less"
     help = conversion_help(got, wanted)
     if not help.startswith("convert it by `"):
         return help

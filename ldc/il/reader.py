@@ -8,7 +8,7 @@ from dataclasses import replace
 from ldc.diagnostics import Diagnostics
 from ldc.il import calls, findings, function_calls, operators
 from ldc.il.accumulator import POISON
-from ldc.il.machine import Machine
+from ldc.il.machine import Machine, copied
 from ldc.il.program import Unit
 from ldc.il.scan import DEFERRED, Line, Mark
 from ldc.model.names import suggest
@@ -16,7 +16,7 @@ from ldc.model.project import Pou
 from ldc.model.type_findings import described
 from ldc.source import Span
 from ldc.symbols import Variable
-from ldc.types import BOOL, is_scalar
+from ldc.types import BOOL
 
 # Names that the compiler gave to temporaries (``_ldc_t1``, ``_ldc_int_2``); others are memories.
 _TEMPORARY = re.compile(r"_ldc_(t\d+|[a-z0-9]+_\d+)\Z", re.IGNORECASE)
@@ -130,7 +130,7 @@ class Reader(Machine):
             return
         if line.op == "LD" and (called := calls.input_operator(self, line)):
             return called
-        value = self.value(line.start, line.end)
+        value = self.value(line.start, line.end, whole=line.op == "LD")
         self.load(line.op, value)
         if line.op == "LDN" and value is not None and self.convert_loose(BOOL):
             self.check("NOT", self.acc.type)
@@ -141,9 +141,9 @@ class Reader(Machine):
         place = self.operands.place(line.start, line.end, write=True)
         if not self.use(line.op) or place is None:
             return
-        if not is_scalar(place.type):
-            findings.wrong_types(self.diagnostics, self.at, f"`{place}` takes no single value",
-                                 f"this is {described(place.type)}", "store to its elements one by one")
+        if not copied(place.type):
+            findings.wrong_types(self.diagnostics, self.at, f"`{place}` takes no value",
+                                 f"this is {described(place.type)}", "store to its inputs one by one")
             return
         if line.op in ("S", "R"):
             if place.type != BOOL:

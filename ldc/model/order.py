@@ -16,7 +16,8 @@ from ldc.types import Array, Instance
 DEEPEST_CALLS = 100
 # Comments and strings are passed over; a word, and whether a bracket follows it.
 _WORD = re.compile(
-    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\()?)", re.DOTALL
+    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\((?!\*))?)",
+    re.DOTALL
 )
 
 
