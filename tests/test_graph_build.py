@@ -125,11 +125,11 @@ def test_name_is_the_key() -> None:
 
 
 def test_digest_ignores_layout_title_and_comments_but_not_content() -> None:
-    (plain, spread, titled, other), _ = keys(
-        "RUNG [a] (q)", "RUNG\n   [ a ]  (* why *)  (q) ;", 'RUNG "title" [a] (q)', "RUNG [b] (q)")
+    (plain, spread, titled, respelled, other), _ = keys(
+        "RUNG [a] (q)", "RUNG\n   [ a ]  (* why *)  (q) ;", 'RUNG "title" [a] (q)', "RUNG [A] (Q)", "RUNG [b] (q)")
     stem, _, ordinal = plain.rpartition("_")
     assert ordinal == "1" and len(stem) == 9 and stem[0] == "r"
-    assert spread == f"{stem}_2" and titled == f"{stem}_3"
+    assert spread == f"{stem}_2" and titled == f"{stem}_3" and respelled == f"{stem}_4"
     assert not other.startswith(stem) and other.endswith("_1")
 
 

@@ -12,7 +12,7 @@ from ldc.parser.unparse import rung_text
 
 def rung_keys(rungs: tuple[ast.Rung, ...], diagnostics: Diagnostics | None = None) -> tuple[str, ...]:
     """One key per rung of a POU: its name, or ``r`` + 8 hex digits of the SHA-256 of its canonical
-    text + ``_`` + ordinal from 1 among the equal ones (DESIGN section 2). A name that an earlier rung
+    text in capitals + ``_`` + ordinal from 1 among the equal ones (DESIGN section 2). A name that an earlier rung
     has is reported; the later rung then gets a key like an unnamed one."""
     names: dict[str, ast.Rung] = {}
     for rung in rungs:
@@ -32,7 +32,8 @@ def rung_keys(rungs: tuple[ast.Rung, ...], diagnostics: Diagnostics | None = Non
 
 def _unnamed(rung: ast.Rung, names: dict[str, ast.Rung], counts: dict[str, int]) -> str:
     text = rung_text(replace(rung, name=None, title=None, name_span=None))
-    stem = "r" + hashlib.sha256(text.encode()).hexdigest()[:8]
+    # Identifiers and keywords are one word in any case: respelling them makes no other rung.
+    stem = "r" + hashlib.sha256(text.upper().encode()).hexdigest()[:8]
     while True:
         counts[stem] = counts.get(stem, 0) + 1
         key = f"{stem}_{counts[stem]}"
