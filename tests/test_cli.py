@@ -108,7 +108,7 @@ def test_help_names_every_command_and_version_is_told(ldc) -> None:
         (["check", "main.ld", "--format", "jsno"], "did you mean `json`?"),
         (["compile", "main.ld", "--emit", "st"], "unknown choice `st`"),
         (["compile", "main.ld", "--format", "dot"], "--format is for --emit graph"),
-        (["compile", "main.ld", "--max-paren-depth", "0"], "not a whole number above 0"),
+        (["compile", "main.ld", "--max-paren-depth", "-1"], "not a whole number from 0"),
         (["run", "main.ld", "--for", "20"], "write a number and a unit"),
         (["run", "main.ld", "--scans", "0"], "not a whole number above 0"),
         (["run", "main.ld", "--scans", "5", "--for", "2s"], "not allowed with argument"),

@@ -108,9 +108,10 @@ def _compile(commands) -> None:
     parser.add_argument("-o", dest="output", metavar="OUT", help="write to this file, not to standard output")
     parser.add_argument(
         "--max-paren-depth",
-        type=_natural,
+        type=_depth,
         metavar="N",
-        help="nest parentheses in IL at most N deep, the rest goes through temporaries (1 is read everywhere)",
+        help="nest parentheses in IL at most N deep, the rest goes through temporaries (1 is read nearly "
+        "everywhere, 0 means none at all)",
     )
     parser.add_argument("--no-verify", action="store_true", help="do not compare the IL with the drawing")
     parser.add_argument("--timings", action="store_true", help="show how long each stage took")
@@ -210,6 +211,12 @@ def _natural(text: str) -> int:
     if value < 1:
         raise argparse.ArgumentTypeError(f"`{text}` is not a whole number above 0")
     return value
+
+
+def _depth(text: str) -> int:
+    if text.isascii() and text.isdigit() and len(text) < 10:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"`{text}` is not a whole number from 0")
 
 
 def _duration(text: str) -> int:
