@@ -20,7 +20,7 @@ DECLARATIONS = """VAR
     t : TON;
     n : CTU;
 END_VAR
-VAR many : ARRAY [0..9] OF BOOL; flags : WORD; END_VAR
+VAR many : ARRAY [0..9] OF BOOL; values : ARRAY [0..9] OF INT; flags : WORD; END_VAR
 """
 
 RUNGS = {
@@ -39,6 +39,7 @@ RUNGS = {
     "bits": "[flags.3] (flags.4) [flags.5] (q)",
     "loop": "[a] @n <t: TON(PT := T#1s) out=_>; @m [/b] @n; <n: CTU(CU := c, Q => @m) in=_> (q)",
     "feedback": "[a] @w <t: TON(PT := T#1s)> @m (q); @m [/b] @w",
+    "array_under_power": "[a] @x <ADD(IN1 := i, IN2 := i, OUT => values[0])> (q); [b] @y (z); @x [values[i] > 2] @y",
     "jumps": "{ [a] (q) >>other | [b] (z) >>RETURN }",
 }
 

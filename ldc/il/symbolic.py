@@ -253,8 +253,15 @@ class Memory:
                     return self.choose(when, self.boolean(value), self.boolean(before))
                 return self.choose(when, value, before)
             if _may_overlap(steps, key.steps):
-                return self.operands.term("within", key.root, key.steps, tuple(log[: n + 1]))
+                written = tuple((way, self._where(value, when), when) for way, value, when, _ in log[: n + 1])
+                return self.operands.term("within", key.root, key.steps, self._epoch(key.root), written)
         return self.operands.term("var", key.root, key.steps, self._epoch(key.root))
+
+    def _where(self, value: Value, when: int) -> tuple | int:
+        """What was written on the assignments ``when``; what it would have been on others is nothing."""
+        if isinstance(value, int):
+            return value & when
+        return tuple((term.number, lanes & when) for term, lanes in self.cases(value) if lanes & when)
 
     def _epoch(self, root: tuple) -> int:
         """Counts the calls that may have changed a variable."""
