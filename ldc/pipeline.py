@@ -31,10 +31,10 @@ from ldc.il.verify import Verdict, verify
 from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve, usage
-from ldc.model.elements import Block, Coil, Jump
+from ldc.model.elements import Coil
 from ldc.model.project import Model, Pou
 from ldc.parser import ast, parse_file
-from ldc.symbols import Location, Variable
+from ldc.symbols import Location
 
 # Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C
 # stack since 3.11, so that only the limit is in the way.

@@ -1,7 +1,7 @@
 """The image: a compiled project as canonical bytes with a digest (DESIGN section 4).
 
 msgpack of two parts. ``core`` is what runs: types, globals, units with their code, tasks, safe values,
-layout; its SHA-256 is the digest. ``notes`` is what people want to know about it: sources, titles,
+symbols with their places and the layout hash; its SHA-256 is the digest. ``notes`` is what people want to know about it: sources, titles,
 verdicts of the self-check, and which element each instruction comes from.
 """
 
@@ -78,7 +78,7 @@ class _Writer:
         symbols = [[s.path, self.type(s.type), s.area, s.offset, s.size, s.type_hash, s.retain, s.bit]
                    for s in layout.symbols]
         return [program.name, self.types, types, globals_, units, resources,
-                [list(item) for item in program.safe], symbols, layout.size]
+                [list(item) for item in program.safe], symbols, layout.size, layout.digest]
 
     def type(self, type_: Type) -> int:
         number = self.numbers.get(type_)
@@ -160,7 +160,7 @@ class _Reader:
             self.types.append(self._type(row))
 
     def image(self) -> tuple[Program, Layout]:
-        name, _, types, globals_, units, resources, safe, symbols, size = self.core
+        name, _, types, globals_, units, resources, safe, symbols, size, layout_hash = self.core
         program = Program(
             tuple(self.unit(u, n) for u, n in zip(units, self.notes[0], strict=True)),
             tuple(self.types[t] for t in types), tuple(self.variable(v) for v in globals_),
@@ -170,7 +170,10 @@ class _Reader:
                 tuple(Run(*run) for run in runs)) for rname, processor, tasks, runs in resources),
             tuple((path, value) for path, value in safe), name)
         rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in symbols)
-        return program, Layout(rows, size)
+        layout = Layout(rows, size)
+        if layout.digest != layout_hash:
+            raise BadImage("the image is damaged: its symbols do not match their hash")
+        return program, layout
 
     def _type(self, row: list) -> Type:
         match row:
