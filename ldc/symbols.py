@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ldc.source import Span
 from ldc.types import Type, Value
 
-_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?\Z", re.IGNORECASE)
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,9})(?:\.(\d{1,2}))?\Z", re.IGNORECASE)
 WIDTH = {"X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
 
 

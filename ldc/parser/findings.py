@@ -6,12 +6,12 @@ Messages name what stands there; help says what to do. Long tokens are cut: a li
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics, Label
-from ldc.parser.lexer import Tokens
+from ldc.parser.lexer import MAX_WORD, Tokens
 from ldc.parser.literals import Malformed
 from ldc.source import Span
 
 _CUT = 40
-MAX_DEPTH, MAX_OPERATORS, MAX_TOKENS = 100, 1_000, 200_000
+MAX_DEPTH, MAX_OPERATORS, MAX_FINDINGS = 100, 1_000, 1_000
 
 
 def cut(text: str) -> str:
@@ -19,17 +19,29 @@ def cut(text: str) -> str:
     return text if len(text) <= _CUT else text[: _CUT - 3] + "..."
 
 
+class TooMany(Exception):
+    """So much is wrong that reading on helps nobody."""
+
+
 class Findings:
     """Adds to the bag; the only place where codes LD01xx are written."""
 
     def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
         self.tokens, self.diagnostics = tokens, diagnostics
+        self._most = len(diagnostics) + MAX_FINDINGS
 
     def shown(self, index: int) -> str:
         return f"`{cut(self.tokens.text(index))}`"
 
     def _at(self, code: str, message: str, index: int, label: str = "", help: str = "", secondary=()) -> None:
         self.diagnostics.error(code, message, self.tokens.point(index), label, secondary=secondary, help=help)
+
+    def enough(self, index: int) -> None:
+        """Raises TooMany, and tells it, when the file is too wrong to read on at this token."""
+        if len(self.diagnostics) > self._most:
+            self._too_long("the file", MAX_FINDINGS, "errors", self.tokens.point(index),
+                           "from here on it is not read", "mend the first of them, then check again")
+            raise TooMany
 
     # ---- the text itself
 
@@ -104,8 +116,16 @@ class Findings:
                  f"this one is level {MAX_DEPTH + 1}", "take parts out: into variables, rungs or functions")
 
     def too_long(self, index: int, what: str, limit: int, of: str) -> None:
-        self._at("LD0111", f"{what} has more than {limit:,} {of}", index, f"number {limit + 1:,} stands here",
-                 "split it")
+        self._too_long(what, limit, of, self.tokens.point(index), f"number {limit + 1:,} stands here", "split it")
+
+    def long_word(self, index: int) -> None:
+        """A name, an address or a literal that has no end; only its beginning is shown."""
+        start = self.tokens.starts[index]
+        self._too_long("the name", MAX_WORD, "characters", Span(self.tokens.source, start, start + 1),
+                       f"{self.shown(index)} begins here", "give it a shorter name")
+
+    def _too_long(self, what: str, limit: int, of: str, span: Span, label: str, help: str) -> None:
+        self.diagnostics.error("LD0111", f"{what} has more than {limit:,} {of}", span, label, help=help)
 
     def empty(self, index: int, opening: int) -> None:
         """A branch without an element."""

@@ -14,6 +14,8 @@ from ldc.source import SourceFile, Span
 
 OPENING = {"(": ")", "[": "]", "{": "}"}
 BAD = "BAD"
+MAX_WORD, MAX_TOKENS = 1_000, 200_000
+"""Characters of a name or an address; symbols of a rung or a declaration."""
 
 SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_GLOBAL")
 QUALIFIERS = ("RETAIN", "NON_RETAIN", "CONSTANT")
@@ -31,6 +33,10 @@ KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *
 }
 """Reserved words in capitals, and the type of their tokens (IEC 61131-3, annex C, and RUNG)."""
 
+_BOUNDARIES = frozenset(
+    (*SECTIONS, *(word for word in _SAME.split() if word.startswith("END_")), "PROGRAM", "FUNCTION",
+     "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "RUNG"))
+_WITH_LINES = frozenset((*SECTIONS, "TYPE", "RESOURCE"))
 _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")
 _STRING = r"'(?:[^'$\n]++|\$[^\n])*+'"
@@ -55,6 +61,13 @@ _SCAN = re.compile(
              | [^\x00-\x7f]+ | [\x00-\x1f\x7f]+ | . )
     """,
     re.VERBOSE | re.ASCII,
+)
+
+_WORDS = "|".join(sorted(_BOUNDARIES))
+_TO_BOUNDARY = re.compile(
+    rf"""(?: [^\w('"/]++ | (?!(?:{_WORDS})\b) \w++ | \(\*(?s:.*?)\*\) | //[^\r\n]* | {_STRING} | {_TEXT}
+         | [^\w] )*+""",
+    re.VERBOSE | re.ASCII | re.IGNORECASE,
 )
 
 
@@ -84,12 +97,30 @@ class Tokens:
 
 
 def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
-    """The tokens of a text, or of a part of it (offsets stay those of the whole)."""
-    text = source.text
-    types, starts, ends, comments = [], [], [], []
+    """The tokens of a text, or of a part of it (offsets stay those of the whole).
+
+    A rung or declaration far above the limit is cut there: it is wrong already, and the rest of it may be
+    many megabytes. Scanning goes on at the next word that begins or ends something.
+    """
+    end = len(source.text) if end is None else end
+    columns = Tokens(source, [], [], [], [])
+    modifiers: list[int] = []
+    at = start
+    while at < end:
+        at = _boundary(source.text, _lex(columns, modifiers, at, end), end)
+    types = columns.types
+    for index in modifiers:  # P N S R are modifiers only before a name
+        if index + 1 < len(types) and types[index + 1] in ("NAME", "DIRECT"):
+            types[index] = "MODIFIER"
+    return columns
+
+
+def _lex(columns: Tokens, modifiers: list[int], start: int, end: int) -> int:
+    """Append tokens until the end or until a unit is too long; where it stopped."""
+    text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
-    modifiers = []
-    for match in _SCAN.finditer(text, start, len(text) if end is None else end):
+    lines, limit = False, len(types) + 2 * MAX_TOKENS
+    for match in _SCAN.finditer(text, start, end):
         kind = match.lastgroup
         if kind == "SPACE":
             continue
@@ -98,21 +129,32 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
             word = text[at:to]
             kind = known.get(word)
             if kind is None:
-                kind = known[word] = KEYWORDS.get(word.upper(), "NAME")
+                kind = KEYWORDS.get(word.upper(), "NAME") if to - at <= MAX_WORD else BAD
+                known[word] = kind
             if to - at == 1 and word in _MODIFIERS and types and types[-1] in ("[", "("):
                 modifiers.append(len(types))
+            elif kind in _BOUNDARIES:
+                lines, limit = kind in _WITH_LINES, len(types) + 2 * MAX_TOKENS
         elif kind == "OP":
             word = text[at:to]
             kind = _OPERATORS.get(word, word)
+            if kind == ";" and lines and types[-1] != ";":
+                limit = len(types) + 2 * MAX_TOKENS
         elif kind == "COMMENT":
-            comments.append((at, to))
+            columns.comments.append((at, to))
             continue
+        elif to - at > MAX_WORD and (kind == "DIRECT" or kind == "LITERAL" and text[to - 1] not in "'\""):
+            kind = BAD
         elif kind == "BAD" and at == 0 and text[0] == "\ufeff":
             continue
         types.append(kind)
         starts.append(at)
         ends.append(to)
-    for index in modifiers:  # P N S R are modifiers only before a name
-        if index + 1 < len(types) and types[index + 1] in ("NAME", "DIRECT"):
-            types[index] = "MODIFIER"
-    return Tokens(source, types, starts, ends, comments)
+        if len(types) > limit:
+            return to
+    return end
+
+
+def _boundary(text: str, start: int, end: int) -> int:
+    """The start of the next word that begins or ends a unit, or the end."""
+    return _TO_BOUNDARY.match(text, start, end).end()

@@ -11,7 +11,7 @@ import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.findings import cut
+from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
 from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
@@ -32,8 +32,11 @@ def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     """
     tokens = lex(source)
     reader = Reader(tokens, diagnostics)
-    if not reader.foreign():
-        reader.read()
+    try:
+        if not reader.foreign():
+            reader.read()
+    except TooMany:
+        reader.units.lost = True
     comments = tuple(ast.Comment(source.text[a:b], Span(source, a, b)) for a, b in tokens.comments)
     return ast.File(source, tuple(reader.pous), tuple(reader.type_decls), tuple(reader.globals),
                     tuple(reader.configurations), comments, reader.units.lost or reader.lost_label())
@@ -104,6 +107,7 @@ class Reader:
 
     def _skip(self, stops: frozenset[str]) -> int:
         """Go on to the next token of ``stops``, at least one; where it began."""
+        self.findings.enough(self.at)
         begin, self.at = self.at, self.at + 1
         self._seek(stops)
         return begin

@@ -7,20 +7,23 @@ from collections.abc import Iterator
 from ldc.diagnostics import Diagnostics
 from ldc.parser import lr, syntax
 from ldc.parser.declarations import FileBuilder
-from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, MAX_TOKENS, Findings
-from ldc.parser.lexer import BAD, OPENING, Tokens
+from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, Findings
+from ldc.parser.lexer import BAD, MAX_TOKENS, MAX_WORD, OPENING, Tokens
 from ldc.parser.literals import Malformed
 from ldc.parser.tables import tables
 
 _OPERATORS = frozenset(("BINOP", "WORDOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
 _PREFIXES = ("NOT", "-", "+")
+_NESTS = {**OPENING, "STRUCT": "END_STRUCT"}
+_CLOSES = frozenset(_NESTS.values())
 _SHOWN = 20
 
 
 class Units:
     """Parses units of one file. A unit that failed is None, and its findings are in the bag.
 
-    ``lost``: a declaration or heading failed, whose names are now unknown.
+    ``lost``: a declaration or heading failed, whose names are now unknown. Raises TooMany after a thousand
+    findings.
     """
 
     def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
@@ -74,6 +77,7 @@ class Units:
         return True
 
     def _attempt(self, symbol: str, first: int, end: int, what: str) -> object | lr.Failure | None:
+        self.findings.enough(first)
         if self.bad(first, end) or (end - first > MAX_DEPTH and self._too_big(first, end, what)):
             return None
         value = lr.parse(self._tables, self._rules, symbol, self.types, first, end)
@@ -103,23 +107,26 @@ class Units:
             self.findings.too_long(first + MAX_TOKENS, f"the {what}", MAX_TOKENS, "symbols")
             return True
         types = self.types[first:end]
-        if sum(map(types.count, (*OPENING, *_PREFIXES))) > MAX_DEPTH and self._too_deep(first, end):
+        if sum(map(types.count, (*_NESTS, *_PREFIXES, "ARRAY"))) > MAX_DEPTH and self._too_deep(first, end):
             return True
         return sum(map(_OPERATORS.__contains__, types)) > MAX_OPERATORS and self._too_long(
             first, end, int(what != "rung"))
 
     def _too_deep(self, first: int, end: int) -> bool:
-        """Brackets in brackets, or prefix operators on one another."""
-        depth = prefixes = 0
+        """Brackets or structures in one another, prefix operators on one another, arrays of arrays."""
+        depth = prefixes = arrays = 0
         for index in range(first, end):
             kind = self.types[index]
             prefixes = prefixes + 1 if kind in _PREFIXES else 0
-            if kind in OPENING:
+            arrays = 0 if kind == ";" else arrays + (kind == "ARRAY")
+            if kind in _NESTS:
                 depth += 1
-            elif kind in (")", "]", "}"):
+            elif kind in _CLOSES:
                 depth -= 1
-            if depth > MAX_DEPTH or prefixes > MAX_DEPTH:
-                self.findings.too_deep(index, "brackets are" if depth > MAX_DEPTH else "NOT and signs are")
+            if max(depth, prefixes, arrays) > MAX_DEPTH:
+                what = "NOT and signs" if prefixes > MAX_DEPTH else (
+                    "types" if arrays > MAX_DEPTH or kind == "STRUCT" else "brackets")
+                self.findings.too_deep(index, f"{what} are")
                 return True
         return False
 
@@ -159,6 +166,8 @@ class Units:
             self.findings.open_comment(span.start)
         elif head[0] in "'\"":
             self.findings.open_string(span)
+        elif span.end - span.start > MAX_WORD and (head[0].isalpha() or head[0] in "_%") and head.isascii():
+            self.findings.long_word(index)
         elif head[0].isascii() and (head[0].isalnum() or head[0] == "_"):
             self.findings.literal(span, Malformed("this is no literal", "`NAME#` is followed by a value"
                                                   if "#" in span.text else "names do not begin with digits"))
