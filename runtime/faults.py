@@ -57,8 +57,10 @@ class Fault:
 
     def diagnostic(self) -> Diagnostic:
         """The fault as a finding on the rung element that it happened in."""
-        primary = Label(self.place.span, f"in scan {self.scan}") if self.place.span else None
-        called = tuple(Label(p.span, f"called from {p.pou}") for p in self.calls if p.span)
+        primary = None
+        if self.place.span:
+            primary = Label(self.place.span, f"in scan {self.scan}, rung {self.place.rung} of {self.place.pou}")
+        called = tuple(Label(p.span, f"called from rung {p.rung} of {p.pou}") for p in self.calls if p.span)
         where = "" if primary else f" in {self.place}, scan {self.scan}"
         message = f"task {self.task} stopped: {self.message}{where}"
         return Diagnostic(self.code, message, primary, called, self.help)
