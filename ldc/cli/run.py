@@ -15,6 +15,7 @@ from ldc.cli.compiling import compiled
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
+from ldc.cli.powers import Powers
 from ldc.cli.watching import ChangeLines, LiveTable
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import Manifest
@@ -30,21 +31,23 @@ from runtime.vm.symbols import UnknownSymbol
 SCANS = 100
 """How long a run is when nothing says it."""
 
-Sample = Callable[[], None]
+Action = Callable[[], None]
 
 
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
     sources = read(options.sources)
-    result = compiled(sources)
+    live = options.trace is None and is_terminal(sys.stdout)
+    result = compiled(sources, keep=live)
     machine = start(result, options.period, sources.manifest)
     stimuli = _stimuli(options.inputs, sources.manifest, machine)
     names = _watched(options.watch, sources.manifest, machine)
     scans = _length(options, stimuli, machine)
-    with _display(options.trace, machine, names, scans) as sample:
+    table = LiveTable(machine, names, scans, Powers(machine, result.units)) if live else None
+    with _display(options.trace, machine, names, table) as (scan, sample):
         for _ in range(scans):
             stimuli.apply(machine)
-            machine.scan()
+            scan()
             sample()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     return report(fault.diagnostic() for fault in machine.faults)
@@ -123,18 +126,20 @@ def _length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) -> 
 
 
 @contextmanager
-def _display(trace: str | None, machine: Machine, names: tuple[str, ...], scans: int) -> Iterator[Sample]:
-    """What is done after each scan."""
-    if trace == "-":
-        yield Trace(machine, names, sys.stdout).sample
+def _display(
+    trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None
+) -> Iterator[tuple[Action, Action]]:
+    """How a scan is run, and what is done after each."""
+    if table is not None:
+        with table:
+            yield table.scan, table.sample
+    elif trace == "-":
+        yield machine.scan, Trace(machine, names, sys.stdout).sample
     elif trace:
         with replacing(Path(trace)) as file:
             text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-            yield Trace(machine, names, text).sample
+            yield machine.scan, Trace(machine, names, text).sample
             text.flush()
             text.detach()
-    elif is_terminal(sys.stdout):
-        with LiveTable(machine, names, scans) as table:
-            yield table.sample
     else:
-        yield ChangeLines(machine, names, sys.stdout).sample
+        yield machine.scan, ChangeLines(machine, names, sys.stdout).sample

@@ -1,26 +1,32 @@
-"""Watched variables while a program runs: a live table for a terminal, lines of changes for a pipe."""
+"""What a program does while it runs: a live table of watched variables and the power of rungs for a
+terminal, lines of changes for a pipe."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TextIO
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
 from ldc.cli.console import wants_color
+from ldc.cli.powers import Powers
+from ldc.render import plural
 from ldc.types import BOOL, String
 from runtime.values import milliseconds, show
 from runtime.vm.machine import Machine
 
 _REFRESH = 0.05
 """Seconds between two pictures."""
+
+_LEAST_RUNGS = 8
+"""Rungs that are shown even on a low screen."""
 
 _HISTORY = 60
 """Scans that the wave of a BOOL shows."""
@@ -50,15 +56,17 @@ class ChangeLines:
 
 
 class LiveTable:
-    """A table that follows the run: each variable's value, and for a BOOL how it went in the last scans."""
+    """A table that follows the run: each variable's value, for a BOOL how it went in the last scans, and the
+    power that reaches the right end of each rung. ``scan`` runs one scan and ``sample`` takes note of it."""
 
-    def __init__(self, machine: Machine, names: Sequence[str], scans: int) -> None:
-        self._machine, self._names, self._scans = machine, names, scans
+    def __init__(self, machine: Machine, names: Sequence[str], scans: int, powers: Powers) -> None:
+        self._machine, self._names, self._scans, self._powers = machine, names, scans, powers
         self._symbols = machine.find(names)
         self._waves = [deque(maxlen=_HISTORY) if s.type == BOOL else None for s in self._symbols]
         self._next = 0.0
-        console = Console(no_color=not wants_color(sys.stdout), highlight=False)
-        self._live = Live(console=console, auto_refresh=False, transient=False)
+        self._pictured = False
+        self._console = Console(no_color=not wants_color(sys.stdout), highlight=False)
+        self._live = Live(console=self._console, auto_refresh=False, transient=False)
 
     def __enter__(self) -> LiveTable:
         self._live.__enter__()
@@ -66,16 +74,47 @@ class LiveTable:
 
     def __exit__(self, *error) -> None:
         if self._machine.scans:
-            self._live.update(self._table(), refresh=True)
+            self._live.update(self._picture(), refresh=True)
         self._live.__exit__(*error)
+
+    def scan(self) -> None:
+        """One scan: stepped when there will be a picture of it, for the power of the rungs, else as fast
+        as it goes. Pictures take a tenth of the time at most."""
+        start = time.monotonic()
+        self._pictured = start >= self._next or self._machine.scans == self._scans - 1
+        if not self._pictured:
+            self._machine.scan()
+            return
+        self._powers.scan()
+        end = time.monotonic()
+        self._next = end + max(_REFRESH, 9 * (end - start))
 
     def sample(self) -> None:
         for wave, value in zip(self._waves, self._machine.sample(self._symbols), strict=True):
             if wave is not None:
                 wave.append(value)
-        if time.monotonic() >= self._next:
-            self._live.update(self._table(), refresh=True)
-            self._next = time.monotonic() + _REFRESH
+        if self._pictured:
+            self._live.update(self._picture(), refresh=True)
+
+    def _picture(self) -> Group:
+        return Group(self._table(), *self._rungs())
+
+    def _rungs(self) -> Iterator[Table | Text]:
+        """The rungs with their power, as many as the screen has room for."""
+        rows = self._powers.rows
+        room = max(_LEAST_RUNGS, self._console.size.height - len(self._names) - 12)
+        if not rows:
+            return
+        table = Table(header_style="dim", box=SIMPLE_HEAD)
+        table.add_column("rung")
+        table.add_column("power", justify="right")
+        for row in rows[:room]:
+            power = self._powers.at(row)
+            shown = "-" if power is None else show(power, BOOL)
+            table.add_row(Text(row.name), Text(shown, "bold green" if power else ""))
+        yield table
+        if len(rows) > room:
+            yield Text(f"  and {plural(len(rows) - room, 'more rung')}", "dim")
 
     def _table(self) -> Table:
         machine = self._machine

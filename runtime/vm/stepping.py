@@ -48,10 +48,15 @@ class Stepper:
         """Operators and left operands that wait for ``)`` in the innermost POU, the outermost first."""
         return tuple((op, value) for op, value, _, _ in self.frames[-1].deferred) if self.frames else ()
 
-    def step(self) -> CodePlace | None:
-        """Executes one instruction, beginning a scan when none is open. The next place, None at the end."""
+    def begin(self) -> CodePlace | None:
+        """Begins a scan when none is open, executes nothing. The first place, None when nothing is due."""
         if not self._in_scan:
             self._begin()
+        return self.place
+
+    def step(self) -> CodePlace | None:
+        """Executes one instruction, beginning a scan when none is open. The next place, None at the end."""
+        self.begin()
         if self.frames:
             try:
                 self._execute()
