@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import msgspec
 import pytest
+from documents import findings, programs, replay
 
 from ldc import manifest
 from ldc.cli.arguments import make_parser
 from ldc.cli.main import main
+from ldc.parser import parse_file
+from ldc.parser.format import format_file
+from ldc.source import SourceFile
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md")] + sorted(
@@ -22,12 +27,48 @@ def exists(document: Path, name: str) -> bool:
     return any((folder / name).exists() for folder in (document.parent, ROOT, ROOT / "ldc"))
 
 
+def prose(document: Path) -> str:
+    return re.sub(r"^```.*?^```$", "", document.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(document: Path) -> set[str]:
+    """What a heading can be linked by: its words in small letters with hyphens."""
+    headings = re.findall(r"^#+ (.*)$", prose(document), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_links_lead_somewhere(document: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)[^)]*\)", document.read_text(encoding="utf-8"))
-    assert [
-        link for link in links if not link.startswith("http") and not (document.parent / link).exists()
-    ] == []
+    for link in re.findall(r"\]\(([^)]+)\)", prose(document)):
+        if link.startswith("http"):
+            continue
+        name, _, anchor = link.partition("#")
+        target = document.parent / name if name else document
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    pages = {path.name for path in (ROOT / "docs").glob("*.md")} - {"README.md"}
+    assert [page for page in sorted(pages) if f"]({page})" not in index] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_examples_compile_and_are_in_canonical_form(document: Path, tmp_path: Path) -> None:
+    for block, program in programs(document.read_text(encoding="utf-8")):
+        place = f"{document.name}:{block.line}"
+        assert findings(program, tmp_path / "main.ld") == block.codes, place
+        if not block.codes and program == block.text:
+            file = parse_file(SourceFile("main.ld", program), manifest.Diagnostics())
+            assert format_file(file) == program, place
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_consoles_show_what_the_commands_print(document: Path, tmp_path: Path, monkeypatch, golden_at) -> None:
+    shutil.copytree(ROOT / "samples", tmp_path / "samples")
+    monkeypatch.chdir(tmp_path)
+    golden_at(document, replay(document.read_text(encoding="utf-8")))
 
 
 def test_the_files_that_the_architecture_names_exist() -> None:
@@ -75,7 +116,7 @@ def test_the_example_of_the_manifest_is_one_and_every_key_is_described(tmp_path:
 
 
 def test_every_option_is_in_the_description_of_the_command_line() -> None:
-    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
     (commands,) = [a.choices for a in make_parser()._actions if isinstance(a.choices, dict)]
     for name, parser in commands.items():
         line = next(line for line in text.splitlines() if line.strip().startswith(f"ldc {name}"))
