@@ -91,17 +91,12 @@ def test_every_package_has_a_row_in_the_architecture() -> None:
     assert [name for name in packages if f"`ldc/{name}`" not in text] == []
 
 
-def test_the_first_program_of_the_readme_compiles_and_runs(tmp_path: Path, monkeypatch, capsys) -> None:
-    (program,) = re.findall(
-        r"```\n(PROGRAM .*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL
-    )
-    (tmp_path / "main.ld").write_text(program)
-    (tmp_path / "inputs.csv").write_text("scan,start\n1,1\n7,0\n")
+def test_the_picture_of_the_readme_is_the_rung_of_its_first_program(tmp_path: Path, monkeypatch, golden_at) -> None:
+    block, program = next(programs((ROOT / "README.md").read_text(encoding="utf-8")))
     monkeypatch.chdir(tmp_path)
-    assert main(["check", "main.ld"]) == 0
-    assert main(["fmt", "--check", "main.ld"]) == 0
-    assert main(["run", "main.ld", "--inputs", "inputs.csv"]) == 0
-    assert "scan     6        60 ms  ready=1\n" in capsys.readouterr().out
+    Path(block.file).write_text(program, encoding="utf-8")
+    assert main(["draw", block.file, "--rung", "seal_in", "--svg", "rung.svg"]) == 0
+    golden_at(ROOT / "docs" / "rung.svg", Path("rung.svg").read_text(encoding="utf-8"))
 
 
 def test_the_example_of_the_manifest_is_one_and_every_key_is_described(tmp_path: Path) -> None:
