@@ -64,6 +64,9 @@ def _positional(machine: Machine, line: Line, user: Signature | None) -> None:
 
 def _positional_user(machine: Machine, user: Signature, values: list) -> None:
     wanted = user.inputs[1:]
+    if user.in_outs:
+        _in_outs_missing(machine, user, [p.name for p in user.in_outs])
+        return
     if len(values) > len(wanted):
         call_findings.too_many(machine.diagnostics, values[len(wanted)][1], user.name, len(wanted))
         machine.define(POISON)
@@ -166,9 +169,13 @@ def _index(pins: tuple[str, ...], name: str) -> int | None:
 def _formal_user(machine: Machine, line: Line, user: Signature) -> None:
     given = pins(machine, line, user)
     values = {p.name: argument_value(machine, a, p) for p, a in given if not a.output}
+    missing = [p.name for p in user.in_outs if p.name not in values]
+    if missing:
+        _in_outs_missing(machine, user, missing)
+        return
     outputs = []
     for parameter, argument in given:
-        if argument.output:
+        if argument.output or parameter in user.in_outs:
             target = machine.operands.place(argument.start, argument.end, write=True)
             if target is not None and target.type != parameter.type:
                 type_findings.mismatch(machine.diagnostics, machine.span_of(argument.start, argument.end),
@@ -177,8 +184,14 @@ def _formal_user(machine: Machine, line: Line, user: Signature) -> None:
     if None in values.values() or any(target is None for _, target in outputs):
         machine.define(POISON)
         return
-    args = [values.get(p.name) or _default(p) for p in user.inputs]
+    args = [values.get(p.name) or _default(p) for p in (*user.inputs, *user.in_outs)]
     _invoke(machine, user.name.upper(), args, user.result, tuple(outputs))
+
+
+def _in_outs_missing(machine: Machine, user: Signature, names: list[str]) -> None:
+    call_findings.pin_missing(machine.diagnostics, machine.at, user.name, names,
+                              f"give each VAR_IN_OUT a variable by name: `{user.name}({names[0]} := variable)`")
+    machine.define(POISON)
 
 
 def _invoke(machine: Machine, name: str, args: list, result: Type, outputs) -> None:

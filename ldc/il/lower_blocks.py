@@ -80,7 +80,7 @@ class BlockLowering:
                 enable = value
         sources = [source for source in sources if source[0] != "EN"]
         if block.power_in not in (None, "EN"):
-            order = {p.name: n for n, p in enumerate(block.signature.inputs)}
+            order = {p.name: n for n, p in enumerate((*block.signature.inputs, *block.signature.in_outs))}
             sources.append((block.power_in, BOOL, power))
             sources.sort(key=lambda source: order[source[0]])
         args = tuple(value for _, _, value in sources)
@@ -139,6 +139,13 @@ class BlockLowering:
         emit, signature = self.emit, block.signature
         names = {p.pin for p in outputs} | {block.power_out}
         taken = {p.name: emit.temp(p.type) for p in signature.outputs if p.name in names and p.name != "ENO"}
+        copies = {p.name: emit.temp(p.type) for p in signature.in_outs}
+        first = len(args) - len(copies)
+        for arg, copy in zip(args[first:], copies.values(), strict=True):
+            emit.value(arg)
+            emit.store(copy)
+        args = (*args[:first], *map(Load, copies.values()))
+        taken |= copies
         call = Apply(block.callee, args, signature.result, block.span, not signature.standard)
         if not taken:
             emit.value(call)

@@ -134,7 +134,7 @@ class _UnitPrinter:
         """Pins by name, one a line. The first value comes from the LD before (``pending``, not yet
         printed), or through a temporary."""
         unit = self.units.get(instr.name.upper())
-        pins = [v for v in unit.variables if v.kind == "input"] if unit else []
+        pins = unit.arguments if unit else ()
         values = [self._operand(a, True) for a in instr.args]
         if pins and previous is not None and previous.op == "LD" and previous.operand is not None:
             values.insert(0, self._operand(previous.operand, True))
@@ -147,7 +147,8 @@ class _UnitPrinter:
             yield f"    ST      {spill.name}"
             values.insert(0, spill.name)
         parts = [f"{self._pin(instr, pin.name)} := {value}" for pin, value in zip(pins, values)]
-        for pin, place in instr.outputs:
+        in_outs = {v.name.upper() for v in pins if v.kind == "in_out"}
+        for pin, place in (output for output in instr.outputs if output[0].upper() not in in_outs):
             parts.append(f"{self._pin(instr, pin)} => {self._operand(place, True)}")
         yield f"    {self._callee(instr)}("
         yield from (f"        {part}," for part in parts[:-1])

@@ -42,6 +42,7 @@ class Instr:
     an arithmetic operator or comparison (a comparison leaves BOOL), of the result of FN.
     FN: the accumulator is the first argument, ``args`` are the others, ``outputs`` take the
     VAR_OUTPUTs of a FUNCTION of the project by name; a FUNCTION without inputs ignores the accumulator.
+    The argument of a VAR_IN_OUT is the place that its output goes to as well.
     JMPC jumps, CALC calls and RETC returns when the accumulator is TRUE, CN forms when it is FALSE;
     none of them changes the accumulator. After CAL and LABEL it is undefined.
     CAL calls the instance in ``operand``; pins were stored by ST before.
@@ -84,6 +85,11 @@ class Unit:
     result: Type | None = None
     title: str | None = None
     standard: bool = False
+
+    @property
+    def arguments(self) -> tuple[Variable, ...]:
+        """What FN gives to a FUNCTION, in this order: its inputs, then its in_outs."""
+        return tuple(v for kind in ("input", "in_out") for v in self.variables if v.kind == kind)
 
 
 @dataclass(frozen=True, slots=True)

@@ -184,12 +184,12 @@ class _Check:
     def _user_function(self, instr: Instr, unit: Unit | None) -> Iterator[str]:
         if unit is None:
             return
-        pins = [v for v in unit.variables if v.kind == "input"]
+        pins = unit.arguments
         given = [self.acc, *(a.type for a in instr.args)] if pins else []
         if len(given) != len(pins) or not all(
                 a is not None and alike(a, pin.type) for a, pin in zip(given, pins)):
             yield f"{unit.name} takes {', '.join(str(p.type) for p in pins) or 'nothing'}"
-        outputs = {v.name.upper(): v.type for v in unit.variables if v.kind == "output"}
+        outputs = {v.name.upper(): v.type for v in unit.variables if v.kind in ("output", "in_out")}
         for name, place in instr.outputs:
             type_ = outputs.get(name.upper())
             if type_ is None or not alike(type_, place.type):

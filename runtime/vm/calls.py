@@ -63,7 +63,7 @@ class Calls:
     def ignores_accumulator(self, name: str) -> bool:
         """Whether FN of that name does not take the accumulator: a FUNCTION without inputs."""
         unit = self.function(name)
-        return unit is not None and not any(v.kind in ("input", "in_out") for v in unit.variables)
+        return unit is not None and not unit.arguments
 
     def rounded(self, constant: Const):
         """The value of a constant, a REAL rounded to 32 bit."""

@@ -51,7 +51,7 @@ class Body(Access):
 
     def _parameters(self) -> list[str]:
         if self.unit.kind == "FUNCTION":
-            return [f"l_{slot(v.name)}" for v in self.unit.variables if v.kind in ("input", "in_out")]
+            return [f"l_{slot(v.name)}" for v in self.unit.arguments]
         return ["self"] if self.unit.kind == "FUNCTION_BLOCK" else []
 
     def _prologue(self) -> list[str]:

@@ -155,10 +155,9 @@ class Frame:
 
 
 def enter_function(code: Code, unit: Unit, flat: Flat, arguments: list[object]) -> Frame:
-    """The frame of a FUNCTION called with values for its inputs and in_outs, in declared order."""
-    taken = [v for v in unit.variables if v.kind in ("input", "in_out")]
+    """The frame of a FUNCTION called with values for ``unit.arguments``."""
     given = {}
-    for variable, value in zip(taken, arguments, strict=True):
+    for variable, value in zip(unit.arguments, arguments, strict=True):
         aggregate = not is_scalar(variable.type) and variable.kind == "in_out"
         given[variable.name.upper()] = code.memory.copier(variable.type)(value) if aggregate else value
     return Frame(code, unit, flat, unit.name, locals=given)

@@ -1,0 +1,104 @@
+"""VAR_IN_OUT pins: copied in before the call and out after it, whatever calls and however it is compiled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ldc import pipeline
+from ldc.il.text import print_program
+from ldc.il.typecheck import check_unit
+from runtime.trace import record
+from runtime.vm.machine import Machine
+from runtime.vm.stepping import Stepper
+
+TEXT = """
+TYPE Row : STRUCT n : INT; END_STRUCT; END_TYPE
+
+FUNCTION advance : INT
+VAR_IN_OUT
+    total : INT;
+    row   : ARRAY [0..1] OF INT;
+END_VAR
+VAR_INPUT
+    plus : INT := 1;
+END_VAR
+VAR_OUTPUT
+    odd : BOOL;
+END_VAR
+RUNG
+    <ADD(total, plus, OUT => total)>;
+    <ADD(row[1], total, OUT => row[1])>;
+    <MUL(total, 2, OUT => advance)>;
+    [total MOD 2 = 1] (odd)
+END_FUNCTION
+
+FUNCTION_BLOCK bump
+VAR_IN_OUT
+    total : INT;
+END_VAR
+RUNG
+    <ADD(total, 10, OUT => total)>
+END_FUNCTION_BLOCK
+
+PROGRAM main
+VAR
+    go AT %IX0.0 : BOOL := TRUE;
+    sum, double, tens : INT;
+    rows : ARRAY [0..1] OF INT;
+    lamp : BOOL;
+    more : bump;
+END_VAR
+RUNG call
+    [go] <advance(plus := 3, total := sum, row := rows, OUT => double, odd => lamp)>
+RUNG
+    <more: bump(total := tens) in=_ out=_>
+END_PROGRAM
+"""
+WATCHED = ("sum", "double", "rows[1]", "lamp", "tens")
+EXPECTED = "scan,t_ms,sum,double,rows[1],lamp,tens\n0,0,3,6,3,1,10\n1,10,6,12,9,0,20\n2,20,9,18,18,1,30\n"
+
+
+def compiled(path: Path, text: str, depth: int | None = None) -> pipeline.Compiled:
+    path.write_text(text, encoding="utf-8")
+    result = pipeline.compile_paths([str(path)], pipeline.Options(max_paren_depth=depth))
+    assert result.program is not None, [d.message for d in result.diagnostics]
+    assert [check_unit(unit) for unit in result.program.units] == [[] for _ in result.program.units]
+    return result
+
+
+@pytest.mark.parametrize("depth", [None, 0])
+def test_a_variable_is_copied_in_and_out(tmp_path: Path, depth: int | None) -> None:
+    result = compiled(tmp_path / "main.ld", TEXT, depth)
+    assert {b.code.proof for builds in result.units.values() for b in builds} == {"proof"}
+    assert record(Machine(result.program), WATCHED, 3) == EXPECTED
+
+
+def test_stepping_gives_the_same(tmp_path: Path) -> None:
+    machine = Machine(compiled(tmp_path / "main.ld", TEXT).program)
+    stepper = Stepper(machine)
+    for _ in range(3):
+        stepper.scan()
+    assert [machine.get(name) for name in WATCHED] == [9, 18, 18, True, 30]
+
+
+def test_il_text_comes_back_the_same(tmp_path: Path) -> None:
+    printed = print_program(compiled(tmp_path / "main.ld", TEXT).program)
+    again = compiled(tmp_path / "main.il", printed)
+    assert print_program(again.program) == printed
+    assert record(Machine(again.program), WATCHED, 3) == EXPECTED
+
+
+def test_nothing_is_copied_without_power(tmp_path: Path) -> None:
+    machine = Machine(compiled(tmp_path / "main.ld", TEXT.replace("BOOL := TRUE", "BOOL")).program)
+    machine.scan()
+    assert machine.get("sum") == 0 and machine.get("tens") == 10
+
+
+@pytest.mark.parametrize("call", ["    LD 3\n    advance\n", "    advance(plus := 3, total := sum)\n"])
+def test_il_that_leaves_one_out_is_told(tmp_path: Path, call: str) -> None:
+    function = TEXT[TEXT.index("FUNCTION advance"): TEXT.index("RUNG")] + "    LD 0\n    ST advance\nEND_FUNCTION\n"
+    path = tmp_path / "main.il"
+    path.write_text(f"{function}PROGRAM main\nVAR sum : INT; END_VAR\n{call}    ST sum\nEND_PROGRAM\n")
+    assert [d.code for d in pipeline.compile_paths([str(path)]).diagnostics] == ["LD0507"]
