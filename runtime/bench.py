@@ -89,7 +89,7 @@ def _changes(machine: Machine, stimulus: str, seed: int) -> Callable[[], Change]
     """What makes the changes of inputs before each scan; only those that change are sent."""
     if stimulus not in STIMULI:
         raise ValueError(f"no stimulus {stimulus}: {', '.join(STIMULI)}")
-    found = (s for s in machine.symbols.all() if s.area == "I" and s.type == BOOL)
+    found = (s for s in machine.symbols.located("I") if s.type == BOOL)
     inputs = list({(s.home, s.keys): s for s in found}.values())
     if stimulus == "fixed" or not inputs:
         return None

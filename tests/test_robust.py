@@ -26,6 +26,10 @@ def program(body: str, more: str = "", before: str = "") -> str:
     return f"{before}\nPROGRAM main\nVAR {DECLARED}\n{more}\nEND_VAR\n{body}\nEND_PROGRAM\n"
 
 
+def declared(more: str, before: str = "") -> str:
+    return program("RUNG [a] (q)", more, before)
+
+
 def told(*arguments: str) -> tuple[int, str]:
     """Runs a command; its status and all that it said."""
     said = io.StringIO()
@@ -54,7 +58,7 @@ def folder(tmp_path, monkeypatch) -> Path:
 MANY = 1_000_000
 LONG = {
     "a name": lambda: program(f"RUNG [{'a' * MANY}] (q)"),
-    "a declared name": lambda: program("RUNG [a] (q)", f"{'a' * MANY} : BOOL;"),
+    "a declared name": lambda: declared(f"{'a' * MANY} : BOOL;"),
     "an address": lambda: program(f"RUNG [%IX{'9' * MANY}.0] (q)"),
     "an address of many parts": lambda: program(f"RUNG [%IX0{'.0' * MANY}] (q)"),
     "a value of an enumeration": lambda: program(f"RUNG [{'a' * MANY}#b = 1] (q)"),
@@ -62,7 +66,7 @@ LONG = {
     "a real number": lambda: program(f"RUNG [x > {'9' * MANY}.0] (q)"),
     "an exponent": lambda: program(f"RUNG [x > 1.0e{'9' * MANY}] (q)"),
     "a duration": lambda: program(f"RUNG <t(PT := T#{'9' * MANY}s)> (q)"),
-    "a string": lambda: program("RUNG [a] (q)", f"s1 : STRING := '{'a' * MANY}';"),
+    "a string": lambda: declared(f"s1 : STRING := '{'a' * MANY}';"),
     "an open string": lambda: program(f"RUNG ['{'a' * MANY}] (q)"),
     "an open comment": lambda: program(f"RUNG (* {'a' * MANY}] (q)"),
     "contacts": lambda: program(f"RUNG {'[a] ' * MANY} (q)"),
@@ -105,3 +109,116 @@ def test_a_file_full_of_errors_is_not_read_to_the_end(folder: Path) -> None:
     assert status == 1
     assert said.count('"LD0101"') + said.count('"LD0108"') < 1_010
     assert "the file has more than 1,000 errors" in said
+
+
+def nested(opening: str, closing: str, inner: str, levels: int = 1_000) -> str:
+    return opening * levels + inner + closing * levels
+
+
+def chain(count: int, link: str, last: str) -> str:
+    """``link`` for each of 0 to count - 1, with @ for its number and + for the next, then ``last``."""
+    links = (link.replace("@", str(n)).replace("+", str(n + 1)) for n in range(count))
+    return "".join(links) + last.replace("@", str(count))
+
+
+def block(calls: str) -> str:
+    return ("FUNCTION_BLOCK f@ VAR_INPUT i : BOOL; END_VAR VAR_OUTPUT o : BOOL; END_VAR\n"
+            f"VAR x, y : f+; END_VAR RUNG [i] {calls} (o) END_FUNCTION_BLOCK\n")
+
+
+LAST_BLOCK = ("FUNCTION_BLOCK f@ VAR_INPUT i : BOOL; END_VAR VAR_OUTPUT o : BOOL; END_VAR\n"
+              "RUNG [i] (o) END_FUNCTION_BLOCK\n")
+CONSTANTS = "VAR_GLOBAL CONSTANT\n{}END_VAR"
+WRONG = {
+    "empty": "",
+    "only a comment": "(* nothing *)",
+    "only NULs": "\0\0\0\0",
+    "only a heading": "PROGRAM main",
+    "open [": program("RUNG [a (q)"),
+    "open (": program("RUNG [a] (q"),
+    "open {": program("RUNG { [a] | [b] (q)"),
+    "open <": program("RUNG [a] <t(PT := T#1s) (q)"),
+    "open VAR": "PROGRAM main VAR a : BOOL; RUNG [a] (a) END_PROGRAM",
+    "wrong brackets": program("RUNG [a) (q]"),
+    "an unknown instance": program("RUNG [a] <u: TON(PT := T#1s)> (q)"),
+    "an unknown block": program("RUNG [a] <t: TOM(PT := T#1s)> (q)"),
+    "an unknown function": program("RUNG [a] <MOVEX(IN := 1, OUT => i)> (q)"),
+    "an unknown pin": program("RUNG [a] <t: TON(PX := T#1s)> (q)"),
+    "a wrong type": program("RUNG [i] (q)"),
+    "a wrong type at a pin": program("RUNG [a] <t: TON(PT := 5)> (q)"),
+    "a coil of an INT": program("RUNG [a] (i)"),
+    "a coil of a number": program("RUNG [a] (5)"),
+    "a short": program("RUNG [a] @n [b] @n (q)"),
+    "a junction without source": program("RUNG [a] (q); @n [b] (c)"),
+    "an empty branch": program("RUNG { [a] | } (q)"),
+    "a loop of contacts": program("RUNG [a] @n [b] @m (q); @m [c] @n"),
+    "a rung of nothing": program("RUNG"),
+    "two rungs of one name": program("RUNG r [a] (q)\nRUNG r [b] (c)"),
+    "two variables of one name": declared("a : INT;"),
+    "two programs of one name": program("RUNG [a] (q)") + program("RUNG [a] (q)"),
+    "a jump to nowhere": program("RUNG [a] >>away"),
+    "a name of the compiler": declared("_ldc_x : BOOL;"),
+    **{f"1,000 levels of {o}{c}": program(f"RUNG {nested(o, c, 'a')} (q)")
+       for o, c in ("()", "[]", "{}", "<>")},
+    "1,000 parentheses": program(f"RUNG [{nested('(', ')', 'a')}] (q)"),
+    "1,000 indexes": program(f"RUNG [{nested('r[', ']', 'i')} > 0] (q)", "r : ARRAY [0..3] OF INT;"),
+    "1,000 calls": program(f"RUNG [{nested('ABS(', ')', 'i')} > 0] (q)"),
+    "1,000 NOT": program(f"RUNG [{nested('NOT ', '', 'a')}] (q)"),
+    "1,000 signs": program(f"RUNG [{nested('-', '', 'i')} > 0] (q)"),
+    "1,000 blocks at pins": program(f"RUNG {nested('<t(IN := {', '})>', '[a]')} (q)"),
+    "1,000 comments": program(f"RUNG {nested('(*', '*)', 'a')} (q)"),
+    "1,000 structures": f"TYPE s : {nested('STRUCT a : ', 'END_STRUCT; ', 'INT; ')} END_TYPE",
+    "1,000 arrays of arrays": declared(f"z : {'ARRAY [0..0] OF ' * 1_000} INT;"),
+    "1,000 brackets of values": declared(f"z : ARRAY [0..1] OF INT := {nested('[', ']', '1')};"),
+    "1,000 dimensions": declared(f"z : ARRAY [{', '.join(['0..1'] * 1_000)}] OF INT;"),
+    "5,000 operators": program(f"RUNG [{' + '.join(['i'] * 5_000)} > 0] (q)"),
+    "5,000 members": program(f"RUNG [{'.'.join(['i'] * 5_000)} > 0] (q)"),
+    "100,000 names": declared(", ".join(f"v{n}" for n in range(100_001)) + " : BOOL;"),
+    "20,000 times one name": declared("v : BOOL; " * 20_000),
+    "an array without end": declared("z : ARRAY [0..2000000000] OF INT;"),
+    "an array of all numbers": program(
+        "RUNG [a] (q)", "z : ARRAY [-9223372036854775808..9223372036854775807] OF TON;"),
+    "values without end": declared("z : ARRAY [0..9] OF INT := [2000000000(1)];"),
+    "arrays without end": declared("".join(f"z{n} : ARRAY [1..900000] OF INT;" for n in range(20))),
+    "a long string": declared("z : STRING[2000000000];"),
+    "a string without length": declared("z : STRING[0];"),
+    "a far address": program("RUNG [%IX999999999.0] (q)"),
+    "a farther address": declared(f"z AT %QD{'9' * 5_000} : DINT;"),
+    "a far bit": program(f"RUNG [w.{'9' * 5_000}] (q)"),
+    "a large number": program(f"RUNG [i > {'9' * 500}] (q)"),
+    "a large power": declared("z : LINT := 9 ** 9 ** 9 ** 9;"),
+    "a long formula of constants": program(f"RUNG [i = {' * '.join(['9'] * 999)}] (q)"),
+    "a type of itself": declared("z : s;", "TYPE s : STRUCT s : s; END_STRUCT; END_TYPE"),
+    "types of each other": declared("z : s;", "TYPE s : ARRAY [0..1] OF r; r : s; END_TYPE"),
+    "a subrange of itself": declared("z : s;", "TYPE s : s (0..5); END_TYPE"),
+    "a constant of itself": declared("", CONSTANTS.format("k : INT := k;")),
+    "a block in itself": declared("z : f;", "FUNCTION_BLOCK f VAR f1 : f; END_VAR END_FUNCTION_BLOCK"),
+    "a function that calls itself": program(
+        "RUNG [f()] (q)", "", "FUNCTION f : BOOL RUNG [f()] (f) END_FUNCTION"),
+    "a program in itself": "PROGRAM main VAR m : main; END_VAR END_PROGRAM",
+    "2,000 types": declared("z : t0;", f"TYPE {chain(2_000, 't@ : t+; ', 't@ : INT; ')}END_TYPE"),
+    "2,000 structures": declared("z : t0;", "TYPE " + chain(
+        2_000, "t@ : STRUCT x : t+; END_STRUCT; ", "t@ : INT; ") + "END_TYPE"),
+    "2,000 constants": declared("", CONSTANTS.format(chain(
+        2_000, "k@ : LINT := k+ * k+;", "k@ : LINT := 9;"))),
+    "500 functions": program("RUNG [f0()] (q)", "", chain(
+        500, "FUNCTION f@ : BOOL RUNG [f+()] (f@) END_FUNCTION\n",
+        "FUNCTION f@ : BOOL RUNG [TRUE] (f@) END_FUNCTION\n")),
+    "500 blocks": program("RUNG [a] <z: f0()> (q)", "z : f0;", chain(500, block("<x: f+()>"), LAST_BLOCK)),
+    "2 to the 30th blocks": program("RUNG [a] <z: f0()> (q)", "z : f0;", chain(
+        30, block("<x: f+()> <y: f+()>"), LAST_BLOCK)),
+    "2 to the 30th values": declared("z : t0;", "TYPE " + chain(
+        30, "t@ : STRUCT x, y : t+; END_STRUCT; ", "t@ : INT; ") + "END_TYPE"),
+}
+"""Each of these is wrong; the name says how."""
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_wrong_input_is_told(what: str, folder: Path) -> None:
+    (folder / "main.ld").write_text(WRONG[what], encoding="utf-8", newline="")
+    for command in ("check", "run"):
+        check_told(WRONG[what], *told(*COMMANDS[command], "main.ld"))
+    for command in ("fmt", "draw"):
+        status, said = told(*COMMANDS[command], "main.ld")
+        assert status in (0, 1), said[-2000:]
+        assert "Traceback" not in said

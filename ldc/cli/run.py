@@ -104,7 +104,7 @@ def _watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> 
         if diagnostics.has_errors:
             raise Invalid(diagnostics)
         return manifest.watch
-    located = {area: [s.path for s in machine.symbols.all() if s.area == area] for area in "IQ"}
+    located = {area: [s.path for s in machine.symbols.located(area)] for area in "IQ"}
     return _short((*located["I"], *located["Q"]), machine)
 
 

@@ -58,8 +58,19 @@ def bad_bounds(diagnostics: Diagnostics, span: Span, message: str, label: str, h
 
 
 def too_large(diagnostics: Diagnostics, span: Span, count: int, most: int) -> None:
-    diagnostics.error("LD0209", f"a type of {count} elements is too large", span,
-                      f"at most {most} are possible", help="make the array smaller or divide it")
+    shown = f"{count:,}" if count < 10**12 else "so many"
+    _too_large(diagnostics, span, f"a type of {shown} elements is too large", f"at most {most:,} are possible",
+               "make the array smaller or divide it")
+
+
+def too_much_data(diagnostics: Diagnostics, span: Span | None, name: str, most: int) -> None:
+    """A variable with which all data of a POU become too large."""
+    _too_large(diagnostics, span, f"with `{name}` there are more than {most:,} values here",
+               "counted with all that is in it", "make arrays smaller, or use fewer instances in one another")
+
+
+def _too_large(diagnostics: Diagnostics, span: Span | None, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD0209", message, span, label, help=help)
 
 
 def bad_initial(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:

@@ -14,6 +14,7 @@ from ldc.model.order import call_order
 from ldc.model.outputs import check_overlaps
 from ldc.model.project import Model, Pou
 from ldc.model.settings import Settings
+from ldc.model.sizes import check_sizes
 from ldc.model.type_table import TypeTable
 from ldc.parser import ast
 from ldc.source import Span
@@ -93,6 +94,7 @@ class _Resolver:
             if pou is not None and pou not in used:
                 used[pou] = blocks.signature(pou)
         order = call_order(self._built, self.diagnostics)
+        check_sizes(self._built, order, global_variables, self.diagnostics)
         model = Model(
             pous=self._built, types=self.types.types(), globals=global_variables, signatures=used,
             resources=(), order=order, safe=dict(self.settings.safe), image_bytes=self.image_bytes,

@@ -138,7 +138,7 @@ class Machine:
 
     def outputs(self) -> Mapping[str, object]:
         """Address or path and value of every located output, as the last scan left them."""
-        return {s.path: outward(s.get(self._namespace), s.type) for s in self.symbols.all() if s.area == "Q"}
+        return {s.path: outward(s.get(self._namespace), s.type) for s in self.symbols.located("Q")}
 
     def checksum(self) -> str:
         """A checksum of all variables with state, the same on every engine (see ``runtime.checksum``)."""

@@ -165,6 +165,12 @@ class Symbols:
             if hidden or root.variable.kind != "hidden":
                 yield from self.of(root, hidden)
 
+    def located(self, area: str) -> Iterator[Symbol]:
+        """Every scalar that is declared in the area I, Q or M, in declared order."""
+        for root in self._layout.roots():
+            if root.variable.location is not None and root.variable.location.area == area:
+                yield from self.of(root)
+
     def of(self, root: Root, hidden: bool = False) -> Iterator[Symbol]:
         """The scalars of one root variable."""
         location = root.variable.location
