@@ -6,7 +6,9 @@ own printed IL and from its image; all must give one trace before a test sees it
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from io import StringIO
 
 from ldc import pipeline
@@ -22,7 +24,6 @@ from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
 
 MS = 1_000_000
-VISIBLE = ("error", "warning")
 
 
 def compiled(source: str, path: str = "main.ld", **options) -> pipeline.Compiled:
@@ -40,7 +41,7 @@ def good(source: str, path: str = "main.ld", **options) -> pipeline.Compiled:
 
 def codes(source: str, path: str = "main.ld") -> list[str]:
     """The codes of all errors and warnings, in order."""
-    return [d.code for d in compiled(source, path).diagnostics if d.severity in VISIBLE]
+    return [d.code for d in compiled(source, path).diagnostics if d.severity in ("error", "warning")]
 
 
 def program(body: str, variables: str = "", before: str = "", after: str = "") -> str:
@@ -64,13 +65,14 @@ def versions(source: str) -> Iterator[tuple[str, Program, bool]]:
     yield "vm", made.program, False
     yield "stepped", made.program, True
     yield "image", image.load(made.image.data).program, False
-    for depth in (0, 1, 2):
-        yield f"depth {depth}", good(source, max_paren_depth=depth).program, False
     printed = text.print_program(made.program)
     again = good(printed, "main.il")
     assert text.print_program(again.program) == printed, "print, read, print is not stable"
     yield "il", again.program, False
-    yield "shallow il", good(text.print_program(good(source, max_paren_depth=1).program), "main.il").program, False
+    for depth in (0, 1, 2):
+        shallow = good(source, max_paren_depth=depth).program
+        yield f"depth {depth}", shallow, False
+        yield f"il of depth {depth}", good(text.print_program(shallow), "main.il").program, False
 
 
 def machine(source: str, period: int | None = 10) -> Machine:
@@ -78,18 +80,34 @@ def machine(source: str, period: int | None = 10) -> Machine:
     return Machine(good(source).program, 0, period * MS if period else None)
 
 
-def trace(source: str, watch: str, inputs: str = "scan\n", scans: int = 0, period: int | None = 10) -> list[str]:
+def trace(
+    source: str, watch: str, inputs: str = "scan", scans: int = 0, period: int | None = 10,
+) -> list[str]:
     """The rows of the trace, without ``scan`` and ``t_ms``, as ``1 0 -7``; one way to execute or another.
 
     ``inputs``: an input file, lines divided by blanks. A fault adds the row ``fault CODE`` where it happens.
     """
     found: dict[str, list[str]] = {}
+    names: list[str] = []
     for name, made, stepping in versions(source):
-        found[name] = _rows(Machine(made, 0, period * MS if period else None), stepping, watch, inputs, scans)
+        # Printed IL gives program instances names that no POU has.
+        runs = [run.name for run in made.resources[0].runs]
+        names = names or runs
+        here = {f"{old}.": f"{new}." for old, new in zip(names, runs, strict=True)}
+        paths = re.compile(r"\b(" + "|".join(map(re.escape, here)) + ")")
+        asked, given = (paths.sub(lambda match, here=here: here[match[1]], t) for t in (watch, inputs))
+        machine = Machine(impatient(made), 0, period * MS if period else None)
+        found[name] = _rows(machine, stepping, asked, given, scans)
     first = found["vm"]
     for name, rows in found.items():
         assert rows == first, f"{name} gives {rows}, the virtual machine {first}"
     return first
+
+
+def impatient(made: Program) -> Program:
+    """The program with a short watchdog: a million jumps take long when they are stepped."""
+    resources = (replace(r, tasks=tuple(replace(t, watchdog=2_000) for t in r.tasks)) for r in made.resources)
+    return replace(made, resources=tuple(resources))
 
 
 def _rows(machine: Machine, stepping: bool, watch: str, inputs: str, scans: int) -> list[str]:

@@ -1,4 +1,4 @@
-"""Contract: IL text is printed, read back and executed the same, whatever the program holds (DESIGN section 4)."""
+"""Contract: IL text is printed, read back and executed the same, whatever the program holds (DESIGN 4)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from contract import codes, program, trace
 
 TYPES = """TYPE
     Colour : (red, green, blue) := green;
-    Point : STRUCT x : INT := 3; y : ARRAY [0..1] OF INT := [1, 2]; name : STRING[3] := 'ab'; c : Colour; END_STRUCT;
+    Point : STRUCT
+        x : INT := 3; y : ARRAY [0..1] OF INT := [1, 2]; name : STRING[3] := 'ab'; c : Colour;
+    END_STRUCT;
     Rows : ARRAY [1..2, 0..1] OF Point;
 END_TYPE
 """
@@ -18,8 +20,8 @@ def test_whole_structures_and_arrays_are_copied() -> None:
         "RUNG [a] <MOVE(IN := p, OUT => o)> <MOVE(IN := rows[1, 1], OUT => rows[2, 0])>\n"
         "RUNG <MOVE(IN := few, OUT => more)>\n"
         "RUNG [a] <MOVE(IN := 7, OUT => p.x)>",
-        "a : BOOL; p : Point; o : Point := (x := 9, y := [2(8)]); few, more : ARRAY [0..2] OF INT := [1, 2, 3];"
-        " rows : Rows := [3((x := 5)), (x := 6)];", TYPES)
+        "a : BOOL; p : Point; o : Point := (x := 9, y := [2(8)]);"
+        " few, more : ARRAY [0..2] OF INT := [1, 2, 3]; rows : Rows := [3((x := 5)), (x := 6)];", TYPES)
     assert trace(source, "o.x o.y[1] o.name o.c more[2] rows[2,0].x", "scan,a,few[2] 0,0,3 1,1,4 2,1,5") == [
         "9 8 ab green 3 5", "3 2 ab green 4 5", "7 2 ab green 5 5"]
 
@@ -39,9 +41,10 @@ RUNG <MOVE(IN := p, OUT => Sum)>
 RUNG <ADD(IN1 := k[0].x, IN2 := k[1].x, OUT => Sum.x)>
 END_FUNCTION
 """
-    source = program("RUNG [a] <f: Shift(p := two[i], was => before)>\nRUNG <Sum(p := before, k := two, OUT => all)>",
-                     "a : BOOL; f : Shift; two : ARRAY [0..1] OF Point := [(x := 10), (x := 20)];"
-                     " before, all : Point; i : INT;", pous)
+    source = program(
+        "RUNG [a] <f: Shift(p := two[i], was => before)>\nRUNG <Sum(p := before, k := two, OUT => all)>",
+        "a : BOOL; f : Shift; two : ARRAY [0..1] OF Point := [(x := 10), (x := 20)];"
+        " before, all : Point; i : INT;", pous)
     assert trace(source, "two[0].x two[1].x before.x all.x all.y[0]", "scan,a,i 0,0,1 1,1,1 2,1,0") == [
         "10 20 20 30 1", "10 22 20 32 1", "12 22 10 34 1"]
 
@@ -54,7 +57,8 @@ def test_an_array_of_blocks_cannot_be_copied() -> None:
 @pytest.mark.parametrize("behind", ["\n", "   ", "\n\n(* the end *)\n"])
 def test_the_result_of_a_function_is_no_call_of_it(behind: str) -> None:
     """A comment begins with the bracket that a call has, too."""
-    text = f"FUNCTION Twice : INT\nVAR_INPUT x : INT; END_VAR\nLD x\nADD x\nST Twice{behind}(* done *)\nRET\nEND_FUNCTION\n"
+    text = ("FUNCTION Twice : INT\nVAR_INPUT x : INT; END_VAR\nLD x\nADD x\n"
+            f"ST Twice{behind}(* done *)\nRET\nEND_FUNCTION\n")
     assert codes(text, "main.il") == []
     assert codes(text.replace("ST Twice", "Twice(x := 1)"), "main.il") == ["LD0216"]
 
@@ -67,4 +71,5 @@ RUNG [x > 3] >>RETURN
 RUNG <MOVE(IN := -1, OUT => Early)>
 END_FUNCTION
 """
-    assert trace(program("RUNG <Early(x := a, OUT => k)>", "a, k : INT;", early), "k", "scan,a 0,1 1,5") == ["-1", "5"]
+    source = program("RUNG <Early(x := a, OUT => k)>", "a, k : INT;", early)
+    assert trace(source, "k", "scan,a 0,1 1,5") == ["-1", "5"]

@@ -56,7 +56,8 @@ class Stepper:
 
     def step(self) -> CodePlace | None:
         """Executes one instruction, beginning a scan when none is open. The next place, None at the end."""
-        self.begin()
+        if not self._in_scan:
+            self._begin()
         if self.frames:
             try:
                 self._execute()
