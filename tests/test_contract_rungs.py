@@ -77,15 +77,14 @@ RULES = {
         "a, b, q, x, y, z : BOOL;",
         "x y z", "scan,a,b 0,1,1", ["0 0 1"]),
     "a backward jump is a loop": (
-
         "RUNG <MOVE(IN := 0, OUT => i)>\nRUNG top <ADD(IN1 := i, IN2 := 1, OUT => i)>\nRUNG [i < 10] >>TOP",
         "i : INT;",
         "i", "scan,i 0,5", ["10"]),
     "an endless loop is a fault and the outputs are safe": (
         "RUNG top (q)\nRUNG [a] >>top", "a : BOOL; q AT %QX0.0 : BOOL;",
         "q", "scan,a 0,0 1,1 2,0", ["1", "fault LD0803", "0", "0"]),
-    "RETURN leaves a program": ("RUNG [a] >>RETURN\nRUNG (q)", "a, q : BOOL;", "q", "scan,a 0,1 1,0", ["0",
-        "1"]),
+    "RETURN leaves a program": (
+        "RUNG [a] >>RETURN\nRUNG (q)", "a, q : BOOL;", "q", "scan,a 0,1 1,0", ["0", "1"]),
     "RETURN leaves a function block": (
         "RUNG [a] <i: Leaver()> (q)", "a, q : BOOL; i : Leaver;",
         "q i.n", "scan,a 0,0 1,1 2,0", ["0 1", "1 1", "0 2"], LEAVER),
