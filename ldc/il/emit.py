@@ -7,6 +7,8 @@ rule 7): the composite operand that nests deepest goes first and needs none.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ldc.expr import Apply, BitStep, Const, FieldStep, IndexStep, Load, Place
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
 from ldc.il.values import (
@@ -149,8 +151,12 @@ class Emitter:
         return Place(place.root, place.type, steps, place.is_global, place.span)
 
     def finish(self) -> tuple[Instr, ...]:
-        """The instructions, without unused gaps and loads that the next load overwrites."""
+        """The instructions, without unused gaps, stores that nobody reads, and loads that the next overwrites."""
         code = [i if isinstance(i, Instr) else i.store for i in self.out if isinstance(i, Instr) or i.store]
+        read = {place.root for i in code for place in _read_places(i)}
+        code = [i for i in code if not (i.op == "ST" and i.operand.root in self.temps and i.operand.root not in read)]
+        self.temps = {name: v for name, v in self.temps.items() if name in read or any(
+            place.root == name for i in code for _, place in i.outputs)}
         return tuple(instr for n, instr in enumerate(code)
                      if not (instr.op in ("LD", "LDN") and n + 1 < len(code) and code[n + 1].op in _LOADS))
 
@@ -329,3 +335,23 @@ class Emitter:
             case Load(place):
                 return place
         return self.held_place(expr)
+
+
+def _read_places(instr: Instr) -> Iterator[Place]:
+    """The places whose values an instruction uses."""
+    for operand in (instr.operand, *instr.args):
+        if isinstance(operand, Place):
+            if operand is not instr.operand or instr.op != "ST":
+                yield operand
+            yield from _indexes(operand)
+    for _, place in instr.outputs:
+        yield from _indexes(place)
+
+
+def _indexes(place: Place) -> Iterator[Place]:
+    for step in place.steps:
+        if isinstance(step, IndexStep):
+            for index in step.indexes:
+                if isinstance(index, Load):
+                    yield index.place
+                    yield from _indexes(index.place)
