@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ldc.source import Span
 from ldc.types import Type, Value
@@ -18,12 +18,14 @@ class Location:
 
     IEC 61131-3 leaves the unit of an address to the implementer: here ``%IWn`` counts words,
     so ``%IW1`` is bytes 2 and 3, and ``%IX1.3`` is bit 3 of byte 1 (ADR 0002).
+    ``count``: how many of them an array takes, one behind the other.
     """
 
     area: str
     size: str
     byte: int
     bit: int = 0
+    count: int = field(default=1, compare=False)
 
     @staticmethod
     def parse(text: str) -> Location | None:
@@ -40,7 +42,13 @@ class Location:
 
     @property
     def bits(self) -> int:
+        """Of one element."""
         return WIDTH[self.size]
+
+    @property
+    def extent(self) -> int:
+        """Bits of all elements."""
+        return self.bits * self.count
 
     def __str__(self) -> str:
         if self.size == "X":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contract import MS, machine, program, trace
+from contract import MS, codes, machine, program, trace
 
 TASKS = """PROGRAM fast
 VAR_EXTERNAL total : INT; END_VAR
@@ -96,6 +96,31 @@ END_PROGRAM
     assert trace(source, "b.low b.high b.bit b.o a.y b.inputs", "scan,%IX0.3 0,1 1,0") == [
         "52 18 1 1 1 8", "52 18 1 0 0 0"]
     assert trace(source, "a.x a.y", "scan,b.inputs 0,8 1,7") == ["1 1", "0 0"]
+
+
+def test_located_arrays_lie_element_behind_element() -> None:
+    rungs = """RUNG [a] <MOVE(IN := 9, OUT => row[i])>
+RUNG [%MW3 = 9] (lamps[9])
+RUNG [%QX1.1] (seen)
+RUNG <MOVE(IN := row, OUT => copy)>
+"""
+    declared = ("a, seen : BOOL; i : INT; row AT %MW2 : ARRAY [0..2] OF INT := [1, 2, 3];"
+                " copy : ARRAY [0..2] OF INT; lamps AT %QX0.0 : ARRAY [0..11] OF BOOL;"
+                " reals AT %MD4 : ARRAY [1..2] OF REAL := [0.5, 1.5];")
+    watched, inputs = "row[0] row[1] copy[2] lamps[9] seen reals[2]", "scan,a,i 0,0,0 1,1,1 2,1,3"
+    assert trace(program(rungs, declared), watched, inputs) == [
+        "1 2 3 0 0 1.5", "1 9 3 1 1 1.5", "fault LD0802", "1 9 3 0 1 1.5"]
+
+
+def test_located_arrays_fit_their_address_and_the_image() -> None:
+    def found(declaration: str) -> list[str]:
+        return codes(f"PROGRAM main\nVAR {declaration} END_VAR\nEND_PROGRAM\n")
+
+    assert found("v AT %MB0 : ARRAY [0..3] OF INT;") == ["LD0212"]
+    assert found("v AT %MW0 : ARRAY [0..3] OF STRING;") == ["LD0212"]
+    assert found("v AT %MW0 : ARRAY [0..200000] OF INT;") == ["LD0211"]
+    assert found("v AT %QW0 : ARRAY [0..3] OF INT; w AT %QW4 : INT;") == []
+    assert found("v AT %QW0 : ARRAY [0..3] OF INT; w AT %QW3 : INT;") == ["LD0214"]
 
 
 def test_two_programs_of_one_type_have_their_own_variables() -> None:

@@ -218,7 +218,7 @@ def test_the_second_declaration_shows_the_first_across_files() -> None:
     ("PROGRAM p VAR x AT %QW0 : BOOL; END_VAR END_PROGRAM", ["LD0212"]),
     ("PROGRAM p VAR x AT %QD0 : REAL; END_VAR END_PROGRAM", []),
     ("PROGRAM p VAR x AT %QD0 : (a, b); END_VAR END_PROGRAM", []),
-    ("PROGRAM p VAR x AT %QW0 : ARRAY [0..1] OF INT; END_VAR END_PROGRAM", ["LD0212"]),
+    ("PROGRAM p VAR x AT %QW0 : ARRAY [0..1] OF DINT; END_VAR END_PROGRAM", ["LD0212"]),
     ("PROGRAM p VAR_INPUT x AT %IX0.0 : BOOL; END_VAR END_PROGRAM", ["LD0213"]),
     ("FUNCTION_BLOCK p VAR x AT %IX0.0 : BOOL; END_VAR END_FUNCTION_BLOCK", ["LD0213"]),
     ("PROGRAM p VAR x AT %QX0.1 : BOOL; y AT %QB0 : BYTE; END_VAR END_PROGRAM", ["LD0214"]),

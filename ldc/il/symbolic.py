@@ -13,6 +13,7 @@ from __future__ import annotations
 import random
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
+from ldc.library import functions
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type
 
@@ -153,12 +154,20 @@ class Memory:
         for arg in args:
             combinations = [((*key, term), lanes & holds) for key, lanes in combinations
                             for term, holds in self.cases(arg) if lanes & holds]
+        context = self._context(op)
         merged: dict[Term, int] = {}
         for key, lanes in combinations:
-            term = self.operands.term(op, type_, *key)
+            term = self.operands.term(op, type_, *key, *context)
             merged[term] = merged.get(term, 0) | lanes
         value = _canonical(merged)
         return self.boolean(value) if type_ == BOOL else value
+
+    def _context(self, op: str) -> tuple:
+        """What a FUNCTION of the project sees beside its arguments: the globals as they are now."""
+        if functions.lookup(op) is not None:
+            return ()
+        shared = sorted((root for root in self.logs if _shared(root)), key=repr)
+        return (self.epochs.get("globals", 0), *((root, self.state(root)) for root in shared))
 
     # -- expressions
 
@@ -217,7 +226,7 @@ class Memory:
         location = self.locations.get(root) if not root.startswith("%") else Location.parse(root)
         if location is not None:
             first = location.byte * 8 + location.bit
-            return self.operands.key(("%", location.area), (("at", first, location.bits), *steps))
+            return self.operands.key(("%", location.area), (("at", first, location.extent), *steps))
         return self.operands.key((place.is_global, root), steps)
 
     def _step(self, step) -> object:

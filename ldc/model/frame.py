@@ -47,7 +47,7 @@ class Frame:
         self, owner: Owner, pou: str, kind: str, var_blocks: Iterable[ast.VarBlock], parent: Frame | None
     ) -> None:
         self.owner, self.pou, self.kind, self.parent = owner, pou, kind, parent
-        self.library, self.image_bytes = owner.library, owner.image_bytes
+        self.library, self.image_bytes, self.statements = owner.library, owner.image_bytes, False
         self.broken: set[str] = set()
         self._built: dict[str, Variable | None] = {}
         self._building: list[str] = []
@@ -213,19 +213,20 @@ class Frame:
             where = f"a {self.kind}" if block.kind == "VAR" else block.kind
             findings.location_not_allowed(diagnostics, node.span, node.name, where)
             return None
-        location = places.checked_location(node.location, self.image_bytes, node.span, diagnostics)
+        count = type_.count if isinstance(type_, Array) else 1
+        location = places.checked_location(node.location, self.image_bytes, node.span, diagnostics, count)
         if location is None:
             return None
-        base = storage(type_)
+        base = storage(type_.element if isinstance(type_, Array) else type_)
         if not isinstance(base, Elementary):
             findings.wrong_width(diagnostics, node.span, str(location), location.bits, str(type_),
-                                 "only variables of elementary types can have an address")
+                                 "only variables of elementary types and arrays of them can have an address")
             return None
         if base.bits != location.bits:
             size = next(size for size, bits in (("X", 1), ("B", 8), ("W", 16), ("D", 32), ("L", 64))
                         if bits == base.bits)
             findings.wrong_width(diagnostics, node.span, str(location), location.bits, str(type_),
-                                 f"{type_} has {base.bits} bit{'s' if base.bits > 1 else ''}: "
+                                 f"{base} has {base.bits} bit{'s' if base.bits > 1 else ''}: "
                                  f"write `%{location.area}{size}...`")
             return None
         return location

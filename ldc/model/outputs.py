@@ -17,7 +17,7 @@ def check_overlaps(model: Model, diagnostics: Diagnostics) -> None:
             location = variable.location
             if location is not None and location.area == "Q" and variable.kind != "external":
                 start = location.byte * 8 + location.bit
-                placed.append((start, len(placed), start + location.bits, variable))
+                placed.append((start, len(placed), start + location.extent, variable))
     placed.sort(key=lambda p: p[:2])
     reach, furthest = 0, None
     for start, _, end, variable in placed:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ldc.diagnostics import Diagnostics
 from ldc.expr import BitStep, Const, Expr, FieldStep, IndexStep, Place, Step
 from ldc.model import call_findings, declaration_findings, expressions
@@ -112,15 +114,18 @@ def _direct(env: Environment, node: ast.Direct, diagnostics: Diagnostics) -> Pla
     return Place(str(location), _ADDRESS_TYPES[location.size], (), True, node.span)
 
 
-def checked_location(text: str, image_bytes: int, span: Span, diagnostics: Diagnostics) -> Location | None:
-    """An address that lies within the process image."""
+def checked_location(
+    text: str, image_bytes: int, span: Span, diagnostics: Diagnostics, count: int = 1,
+) -> Location | None:
+    """An address that lies within the process image, with all ``count`` elements."""
     location = Location.parse(text)
     if location is None:
         declaration_findings.bad_address(
             diagnostics, span, text, "not understood",
             "addresses are written %IX0.0 (byte.bit, bits 0 to 7), %QB1, %MW2, %ID3, %QL4")
         return None
-    last = location.byte + (location.bits + 7) // 8
+    location = replace(location, count=count)
+    last = location.byte + (location.bit + location.extent + 7) // 8
     if last > image_bytes:
         declaration_findings.bad_address(
             diagnostics, span, text, f"needs byte {last - 1} of {image_bytes}",
