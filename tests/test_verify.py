@@ -108,6 +108,27 @@ def test_order_of_a_coil_and_a_later_contact_matters() -> None:
     assert judged(result, made, late).kind == "wrong"
 
 
+def test_a_function_sees_the_globals_of_its_moment() -> None:
+    text = """VAR_GLOBAL g : BOOL; END_VAR
+FUNCTION seen : BOOL
+VAR_EXTERNAL g : BOOL; END_VAR
+RUNG [g] (seen)
+END_FUNCTION
+PROGRAM p
+VAR a, q : BOOL; END_VAR
+VAR_EXTERNAL g : BOOL; END_VAR
+RUNG r1 [a] (g); <seen() out=OUT> (q)
+END_PROGRAM
+"""
+    result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
+    assert not result.diagnostics.has_errors, [d.message for d in result.diagnostics]
+    (made,) = result.units["p"]
+    assert made.verdict.kind == "proof"
+    store = next(i for i in made.code.code if i.op == "ST" and i.operand.root == "g")
+    late = (*(i for i in made.code.code if i is not store), replace(store, op="ST"))
+    assert judged(result, made, (made.code.code[0], *late)).kind == "wrong"
+
+
 def test_a_wrong_verdict_names_what_differs_and_an_example() -> None:
     result, made = build(RUNGS["seal_in"])
     code = made.code.code
