@@ -26,7 +26,7 @@ from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
 
 NAME = "ldc.toml"
-EXTENSIONS = (".ld", ".st", ".il")
+EXTENSIONS = (".ld", ".st", ".il", ".xml")
 
 Name = Annotated[str, Meta(min_length=1)]
 Role = Literal["master", "slave"]
@@ -97,7 +97,7 @@ class Sources:
 
 
 def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sources:
-    """Read what the arguments name: `.ld` `.st` `.il` files, an `ldc.toml`, or folders with one.
+    """Read what the arguments name: `.ld` `.st` `.il` `.xml` files, an `ldc.toml`, or folders with one.
 
     Files keep the order of the arguments, those of a project are sorted by path; a file that is named
     twice is read once. What cannot be read is left out, with a finding.

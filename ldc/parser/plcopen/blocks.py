@@ -1,0 +1,195 @@
+"""A block of a graphical body: what stands at its pins, and by which of them the power goes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ldc.library import blocks, functions
+from ldc.parser import ast
+from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
+from ldc.types import BOOL
+
+if TYPE_CHECKING:
+    from ldc.parser.plcopen.rung import RungWriter
+
+NO_WIRE = "_"
+_COMPARISONS = ("GT", "GE", "EQ", "LE", "LT", "NE")
+_VARIABLES = (ast.Name, ast.Direct, ast.Member, ast.Index)
+
+
+class Pins:
+    """Writes one block. The power goes by EN and ENO of a function, and by the first pins of a function
+    block that are wired to power; everything else is written at the pins."""
+
+    def __init__(self, writer: RungWriter, element: Element) -> None:
+        self.writer, self.element, self.node = writer, element, element.node
+        self.type = element.node.get("typeName").strip()
+        self.is_function = not element.node.get("instanceName").strip()
+        self.signature = None if self.is_function else blocks.signature(self.type.upper())
+        self.pins: list[ast.Pin] = []
+        self.reads: list[str] = []
+        self.writes: list[str] = []
+        self.power_in: str | None = NO_WIRE
+        self.power_out: str | None = NO_WIRE
+        self.head = self.tail = None
+
+    def write(self) -> None:
+        writer, span = self.writer, self.node.span
+        instance = None
+        if not self._known():
+            writer.failed = True
+            return
+        if not self.is_function:
+            instance = writer.expression(self.node.attribute("instanceName"), self.element)
+        for pin in self.element.inputs:
+            self._input(pin)
+        after = [step for pin in self.element.outputs for step in self._output(pin)]
+        block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
+                          self._usual(self.power_out, "out"), span)
+        writer.add(block, self.head, self.tail, self.reads, self.writes)
+        for function, source, target, reads, writes in after:
+            writer.function(function, source, target, span, reads, writes)
+
+    def _known(self) -> bool:
+        """Whether the block has a type that can be written at all."""
+        if self.type and self.type.replace("_", "a").isalnum() and self.node.find("addData") is None:
+            return True
+        if next(self.node.descendants("STCode"), None) is not None:
+            findings.unsupported(
+                self.writer.diagnostics, self.node.span,
+                f"{self.writer.drawing.where}: {self.element.describe()} holds Structured Text",
+                "a block with statements of its own", "move its statements into a function block")
+            return False
+        return texts.name(self.node, self.writer.diagnostics, "typeName") is not None
+
+    def _usual(self, chosen: str | None, side: str) -> str | None:
+        """None for the pin that the power goes by anyway."""
+        if chosen == NO_WIRE or chosen is None:
+            return chosen
+        if self.is_function:
+            return None if chosen.upper() in ("EN", "ENO") else chosen
+        if self.signature is not None:
+            group = self.signature.inputs if side == "in" else self.signature.outputs
+            if next((p.name for p in group if p.type == BOOL), "") == chosen.upper():
+                return None
+        return chosen
+
+    # ---- inputs
+
+    def _input(self, pin: Input) -> None:
+        name = pin.name or None
+        span = pin.node.span
+        value = self._value(pin)
+        if value is None and pin.sources and pin.sources != frozenset((RAIL,)) or pin.edge and not value:
+            self._wired(pin)
+            return
+        if value is None and RAIL in pin.sources and not pin.negated and self._takes_power(pin):
+            self.power_in, self.head = pin.name, ""
+            return
+        if value is None and RAIL in pin.sources:
+            value = texts.true(span, not pin.negated)
+        elif value is None and pin.cut and pin.name.upper() == "EN":
+            value = texts.true(span, pin.negated)
+        elif value is not None and pin.negated:
+            value = texts.negated(value)
+        if value is not None:
+            self.pins.append(ast.Pin(name, value, False, span))
+
+    def _value(self, pin: Input) -> ast.Expr | ast.Branches | None:
+        """The expression that an input takes, if it takes one; an edge of a variable as a contact."""
+        at = self.writer.value_at(pin)
+        if at is None:
+            return None
+        value = self.writer.value(at) if isinstance(at, str) else self.writer.expression(at, self.element)
+        if value is not None and pin.edge:
+            if not isinstance(value, _VARIABLES) or pin.negated:
+                findings.unsupported(
+                    self.writer.diagnostics, pin.node.span,
+                    f"{self.writer.drawing.where}: {self.element.describe()} takes an edge of an expression",
+                    f"the pin {pin.name}", "store the expression in a variable")
+                self.writer.failed = True
+                return None
+            contact = ast.Contact("P" if pin.edge == "R_TRIG" else "N", value, value.span)
+            return ast.Branches((ast.Path((contact,), value.span),), value.span)
+        return value
+
+    def _takes_power(self, pin: Input) -> bool:
+        if self.power_in != NO_WIRE:
+            return False
+        if self.is_function:
+            return pin.name.upper() == "EN"
+        return bool(pin.name) and pin.name.upper() != "EN" and all(map(self._is_power, pin.sources))
+
+    def _wired(self, pin: Input) -> None:
+        writer, span = self.writer, pin.node.span
+        net = writer.net(pin)
+        if pin.edge:
+            net = writer.edge(net, pin, self.element)
+        if pin.negated:
+            net = writer.inverted(net, span)
+        if net is None:
+            return
+        if self._takes_power(pin):
+            self.power_in, self.head = pin.name, net
+            return
+        self.reads.append(net)
+        self.pins.append(ast.Pin(pin.name or None, ast.Junction(net, span), False, span))
+
+    def _is_power(self, output: Output) -> bool:
+        """Whether an output surely carries BOOL."""
+        if output == RAIL:
+            return True
+        source = self.writer.drawing.elements[output[0]]
+        if source.kind != "block":
+            return source.kind in ("contact", "coil")
+        type_ = source.node.get("typeName").strip().upper()
+        if output[1] == "ENO" or not source.node.get("instanceName") and type_ in _COMPARISONS:
+            return True
+        signature = blocks.signature(type_)
+        return signature is not None and any(
+            p.name == output[1] and p.type == BOOL for p in signature.outputs)
+
+    # ---- outputs
+
+    def _output(self, pin) -> list[tuple]:
+        """Writes an output; what has to follow the block (function, source, target, nets read, written)."""
+        writer, span = self.writer, pin.node.span
+        key = pin.name.upper()
+        output = (self.element.id, key)
+        name = self._result(pin.name)
+        targets = [e for e in writer.readers(output) if writer.attached(e)]
+        texts_ = [t.node.find("expression").content for t in targets if t.node.find("expression") is not None]
+        if pin.text is not None:
+            texts_.append(pin.text)
+        places = [p for p in (writer.expression(text, self.element) for text in texts_) if p is not None]
+        wanted = [e for e in writer.readers(output) if e not in targets]
+        net = writer.tail(output, span) if wanted else None
+        after: list[tuple] = []
+        if net is None and not places:
+            return after
+        if pin.negated:
+            raw, goal = writer.fresh(), net
+            target = ast.Junction(goal, span) if goal is not None else places.pop()
+            after.append(("NOT", ast.Junction(raw, span), target, (raw,), (goal,) if goal else ()))
+            net, places = raw, []
+        if net is None:
+            self.pins.append(ast.Pin(name, places[0], True, span))
+            return after
+        power = name == "ENO" if self.is_function else all(e.kind in ("contact", "coil", "jump", "return")
+                                                            for e in wanted) or self._is_power(output)
+        if self.power_out == NO_WIRE and power and not pin.negated:
+            self.power_out, self.tail = name, net
+        else:
+            self.writes.append(net)
+            self.pins.append(ast.Pin(name, ast.Junction(net, span), True, span))
+        after += [("MOVE", ast.Junction(net, span), place, (net,), ()) for place in places]
+        return after
+
+    def _result(self, name: str) -> str:
+        """The result of a function is OUT, whatever an editor calls it."""
+        key = name.upper()
+        if self.is_function and key != "ENO" and (
+                key in ("", self.type.upper()) or functions.lookup(self.type.upper()) is not None):
+            return "OUT"
+        return key if key == "ENO" else name

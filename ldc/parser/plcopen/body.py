@@ -1,0 +1,151 @@
+"""The rungs of a graphical body: which elements belong together, in which order, under which name."""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.document import Node
+from ldc.parser.plcopen.drawing import RAIL, Drawing, Element
+from ldc.parser.plcopen.rung import RungWriter
+
+_VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
+
+
+def ladder(
+    body: Node, where: str, diagnostics: Diagnostics
+) -> tuple[ast.LadderBody, tuple[ast.VarDecl, ...]]:
+    """What is drawn, as rungs, and the variables that they need beside those declared. A rung is what hangs
+    together without the rails; rungs follow each other by their first elements."""
+    drawing = Drawing(body, where, diagnostics)
+    _drop_loose(drawing, diagnostics)
+    groups = _together(drawing)
+    names, other = _labels(drawing, groups)
+    titles = _titles(drawing, groups)
+    rungs = []
+    for index, group in enumerate(groups):
+        rung = RungWriter(drawing, group, other, diagnostics).rung(names.get(index), titles.get(index))
+        if rung is not None:
+            rungs.append(rung)
+    return ast.LadderBody(tuple(rungs), body.whole), tuple(drawing.made)
+
+
+def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
+    """Leave out contacts that nothing feeds or that feed nothing, and coils and jumps that nothing feeds;
+    editors leave such parts behind. In a body without a left rail an open input is at the rail."""
+    elements = drawing.elements
+    if not drawing.has_rail:
+        for element in elements.values():
+            if element.kind == "contact" and not element.inputs[0].sources and not element.inputs[0].cut:
+                element.inputs[0].sources = frozenset((RAIL,))
+    for element in elements.values():
+        pin = element.inputs[0] if element.inputs else None
+        if element.kind in ("jump", "return") and not pin.sources and not pin.cut:
+            pin.sources = frozenset((RAIL,))
+    users: dict[str, int] = dict.fromkeys(elements, 0)
+    for element in elements.values():
+        for pin in element.inputs:
+            for source in pin.sources - {RAIL}:
+                users[source[0]] += 1
+    feeds: dict[str, list] = {}
+    for element in elements.values():
+        for pin in element.inputs:
+            for source in pin.sources - {RAIL}:
+                feeds.setdefault(source[0], []).append((element, pin))
+    work = list(elements.values())
+    gone: set[str] = set()
+    while work:
+        element = work.pop()
+        if element.id in gone:
+            continue
+        unfed = element.kind not in ("block", *_VALUES) and not element.inputs[0].sources and (
+            element.inputs[0].text is None)
+        unused = element.kind == "contact" and not users[element.id]
+        if not unfed and not unused:
+            continue
+        gone.add(element.id)
+        why = "is fed by nothing" if unfed else "leads to no coil, block or jump"
+        if not drawing.broken:
+            findings.loose(diagnostics, element.node.span, f"{drawing.where}: {element.describe()}", why)
+        for user, pin in feeds.get(element.id, ()):
+            pin.sources = frozenset(s for s in pin.sources if s[0] != element.id)
+            pin.cut = True
+            work.append(user)
+        for pin in element.inputs:
+            for source in pin.sources - {RAIL}:
+                users[source[0]] -= 1
+                work.append(elements[source[0]])
+    for id_ in gone:
+        del elements[id_]
+
+
+def _together(drawing: Drawing) -> list[list[Element]]:
+    """The groups of connected elements, each in drawing order. Groups whose execution numbers interleave
+    are one rung, for the order to be kept."""
+    elements = drawing.elements
+    parent = {id_: id_ for id_ in elements}
+
+    def find(id_: str) -> str:
+        while parent[id_] != id_:
+            parent[id_] = id_ = parent[parent[id_]]
+        return id_
+
+    members = [e for e in elements.values() if e.kind not in _VALUES]
+    for element in members:
+        for pin in element.inputs:
+            for source in pin.sources - {RAIL}:
+                if elements[source[0]].kind not in _VALUES:
+                    parent[find(element.id)] = find(source[0])
+    groups: dict[str, list[Element]] = {}
+    for element in members:
+        groups.setdefault(find(element.id), []).append(element)
+    found: list[list[Element]] = []
+    for group in sorted(groups.values(), key=lambda g: g[0].order):
+        numbered = [e.order for e in group if e.order[0] == 0]
+        before = [e.order for e in found[-1] if e.order[0] == 0] if found else []
+        if numbered and before and numbered[0] < before[-1]:
+            found[-1] = sorted(found[-1] + group, key=lambda e: e.order)
+        else:
+            found.append(group)
+    return found
+
+
+def _labels(drawing: Drawing, groups: list[list[Element]]) -> tuple[dict[int, str], dict[str, str]]:
+    """Rungs that have a label: its name, by their number; and what other labels mean (a second label at
+    one rung its first one, a label behind the last rung the end)."""
+    names: dict[int, str] = {}
+    other: dict[str, str] = {}
+    for node in drawing.labels:
+        label = texts.label(node.get("label"), "label")
+        index = _rung_at(drawing, groups, node)
+        if index is None:
+            other[label.upper()] = "RETURN"
+        elif index in names:
+            other[label.upper()] = names[index]
+        else:
+            names[index] = label
+    return names, other
+
+
+def _titles(drawing: Drawing, groups: list[list[Element]]) -> dict[int, str]:
+    titles: dict[int, str] = {}
+    for node in drawing.notes:
+        text = texts.prose(node.find("content") or node.find("alternativeText"))
+        index = _rung_at(drawing, groups, node) if text else None
+        if index is not None:
+            titles[index] = f"{titles[index]}; {text}" if index in titles else text
+    return {index: title[:200] for index, title in titles.items()}
+
+
+def _rung_at(drawing: Drawing, groups: list[list[Element]], node: Node) -> int | None:
+    """The first rung that begins beside or below something; without positions, behind it in the text."""
+    at = node.find("position")
+    y = at.number("y") if at is not None else 0
+    placed = any(element.position != (0, 0) for group in groups for element in group)
+    for index, group in enumerate(groups):
+        if placed:
+            if max(element.position[0] for element in group) >= y:
+                return index
+        elif max(element.node.start for element in group) > node.start:
+            return index
+    return None

@@ -1,0 +1,55 @@
+"""Configurations, resources, tasks and program instances (PLCopen TC6 XML, instances)."""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.plcopen import interface, texts
+from ldc.parser.plcopen.document import Node
+
+_UNITS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
+_MOST_PRIORITY = 65535
+
+
+def configuration(node: Node, diagnostics: Diagnostics) -> ast.Configuration:
+    resources = tuple(resource(child, diagnostics) for child in node.all("resource"))
+    name = texts.label(node.get("name"), "configuration")
+    return ast.Configuration(name, interface.var_blocks(node, diagnostics), resources, node.whole)
+
+
+def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:
+    """A resource; it is the processor of its name."""
+    tasks, programs = [], []
+    for child in node.all("task"):
+        name = texts.label(child.get("name"), "task")
+        tasks.append(_task(child, name, diagnostics))
+        programs += _programs(child, name)
+    programs += _programs(node, None)
+    name = texts.label(node.get("name"), "resource")
+    blocks = interface.var_blocks(node, diagnostics)
+    return ast.Resource(name, name, blocks, tuple(tasks), tuple(programs), node.whole)
+
+
+def _task(node: Node, name: str, diagnostics: Diagnostics) -> ast.Task:
+    interval = texts.duration(node, "interval", diagnostics)
+    if interval is None:
+        settings = next(node.descendants("TaskSettings"), None)
+        if settings is not None:
+            unit = _UNITS.get(settings.get("IntervalUnit"), 1_000_000)
+            interval = texts.time_literal(settings.number("Interval") * unit, settings.span)
+    single = texts.expression(node.attribute("single"), diagnostics) if node.get("single").strip() else None
+    if isinstance(single, ast.Literal):
+        single = None
+    level = min(max(node.number("priority"), 0), _MOST_PRIORITY)
+    priority = ast.Literal(level, None, str(level), node.attribute("priority"))
+    return ast.Task(name, None if single is not None else interval, single, priority, node.span)
+
+
+def _programs(node: Node, task: str | None) -> list[ast.ProgramInstance]:
+    """``typeName`` is empty in some exports (the instance then has the name of its program), and is called
+    ``type`` in old ones."""
+    found = []
+    for child in node.all("pouInstance"):
+        pou = child.get("typeName").strip() or child.get("type").strip() or child.get("name").strip()
+        found.append(ast.ProgramInstance(texts.label(child.get("name"), pou), task, pou, child.span))
+    return found

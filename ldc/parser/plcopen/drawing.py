@@ -1,0 +1,209 @@
+"""A graphical body as it is drawn: its elements, and which outputs each of their inputs is wired to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.plcopen import findings
+from ldc.parser.plcopen.document import Node
+from ldc.source import Span
+
+Output = tuple[str, str]
+"""(localId of the element, pin of the block in capitals or "")."""
+
+RAIL: Output = ("", "")
+ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVariable", "jump", "return",
+            "connector", "continuation", "leftPowerRail")
+_IGNORED = ("rightPowerRail", "comment", "label", "vendorElement", "documentation", "addData")
+
+
+@dataclass(slots=True, eq=False)
+class Input:
+    """``name``: of the pin. ``text``: an expression that stands at the pin itself. ``cut``: something was
+    wired to it, which was left out."""
+
+    name: str
+    node: Node
+    sources: frozenset[Output] = frozenset()
+    negated: bool = False
+    edge: str = ""
+    text: Span | None = None
+    cut: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class OutputPin:
+    """``texts``: variables that stand at the pin itself."""
+
+    name: str
+    node: Node
+    negated: bool = False
+    text: Span | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Element:
+    """``order``: sorts by execution number, then from top to bottom and left to right, then as written."""
+
+    id: str
+    node: Node
+    order: tuple[int, ...]
+    inputs: list[Input] = field(default_factory=list)
+    outputs: list[OutputPin] = field(default_factory=list)
+
+    @property
+    def kind(self) -> str:
+        return self.node.tag
+
+    @property
+    def position(self) -> tuple[int, int]:
+        at = self.node.find("position")
+        return (at.number("y"), at.number("x")) if at is not None else (0, 0)
+
+    def describe(self) -> str:
+        """What the element is called in messages."""
+        y, x = self.position
+        what = {"inVariable": "input variable", "outVariable": "output variable"}.get(self.kind, self.kind)
+        name = self.node.get("instanceName") or self.node.get("typeName") or self.node.get("name")
+        text = self.node.find("variable") or self.node.find("expression")
+        name = name or (" ".join(text.content.text.split())[:40] if text is not None else "")
+        return f"{what} {self.id}" + (f" `{name}`" if name else "") + (f" at ({x}, {y})" if x or y else "")
+
+
+class Drawing:
+    """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``made``
+    are variables that its rungs need beside those that are declared; ``broken``: a part could not be read, so
+    that others seem to be loose."""
+
+    def __init__(self, body: Node, where: str, diagnostics: Diagnostics) -> None:
+        self.body, self.where, self.diagnostics = body, where, diagnostics
+        self.elements: dict[str, Element] = {}
+        self.notes: list[Node] = []
+        self.labels: list[Node] = []
+        self.made: list[ast.VarDecl] = []
+        self.broken = False
+        for index, node in enumerate(body.children):
+            if node.tag in ("comment", "vendorElement"):
+                self.notes.append(node)
+            elif node.tag == "label":
+                self.labels.append(node)
+            if node.tag in ELEMENTS:
+                self._element(node, index)
+            elif node.tag not in _IGNORED:
+                self.broken = True
+                findings.unsupported(diagnostics, node.span, f"{where}: <{node.tag}> is no element of LD or FBD",
+                                     "drawn here", "draw it with contacts, coils and blocks")
+        self.has_rail = any(e.kind == "leftPowerRail" for e in self.elements.values())
+        self._connect()
+        self.elements = dict(sorted(self.elements.items(), key=lambda item: item[1].order))
+
+    def _element(self, node: Node, index: int) -> None:
+        id_ = node.get("localId").strip()
+        if not id_ or id_ in self.elements:
+            what = f"two elements have the localId {id_[:20]}" if id_ else f"a {node.tag} has no localId"
+            findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
+            self.broken = True
+            return
+        number = node.number("executionOrderId")
+        element = Element(id_, node, ())
+        element.order = (0, number, index) if number > 0 else (1, *element.position, index)
+        if node.tag == "block":
+            for group, in_out in (("inputVariables", False), ("inOutVariables", True)):
+                pins = node.find(group)
+                for pin in pins.all("variable") if pins is not None else ():
+                    element.inputs.append(self._input(pin, pin.get("formalParameter").strip()))
+            pins = node.find("outputVariables")
+            for pin in pins.all("variable") if pins is not None else ():
+                point = pin.find("connectionPointOut", "expression")
+                element.outputs.append(OutputPin(pin.get("formalParameter").strip(), pin, pin.flag("negated"),
+                                                 _text(point)))
+        elif node.tag not in ("leftPowerRail", "inVariable", "continuation"):
+            element.inputs.append(self._input(node, ""))
+        self.elements[id_] = element
+
+    def _input(self, node: Node, name: str) -> Input:
+        found = Input(name, node, text=_text(node.find("connectionPointIn", "expression")))
+        if node.tag == "variable":
+            found.negated = node.flag("negated")
+            found.edge = {"rising": "R_TRIG", "falling": "F_TRIG"}.get(node.get("edge"), "")
+        return found
+
+    # ---- wires
+
+    def _connect(self) -> None:
+        named = {e.node.get("name").strip().upper(): e for e in self.elements.values() if e.kind == "connector"}
+        for element in self.elements.values():
+            for pin in element.inputs:
+                pin.sources = frozenset(self._sources(element, pin, named))
+        self._follow(named)
+
+    def _sources(self, element: Element, pin: Input, named: dict[str, Element]):
+        point = pin.node.find("connectionPointIn")
+        for wire in point.all("connection") if point is not None else ():
+            id_ = wire.get("refLocalId").strip()
+            source = self.elements.get(id_)
+            if source is None:
+                known = any(node.get("localId").strip() == id_ for node in self.body.children)
+                if not known:
+                    self.broken = True
+                    findings.no_such_element(self.diagnostics, wire.span, f"{self.where}: {element.describe()}",
+                                             f"the element {id_[:20]}")
+                pin.cut = True
+            elif source.kind == "leftPowerRail":
+                yield RAIL
+            elif source.kind == "block":
+                yield id_, output_of(source, wire.get("formalParameter").strip())
+            else:
+                yield id_, ""
+
+    def _follow(self, named: dict[str, Element]) -> None:
+        """Replace continuations by what their connector is wired to, VAR_IN_OUT pins by what feeds them."""
+        def behind(output: Output) -> Input | None:
+            element = self.elements.get(output[0])
+            if element is None:
+                return None
+            if element.kind == "continuation":
+                found = named.get(element.node.get("name").strip().upper())
+                return found.inputs[0] if found is not None else None
+            if element.kind == "connector":
+                return element.inputs[0]
+            if element.kind == "block" and not any(o.name.upper() == output[1] for o in element.outputs):
+                return next((i for i in element.inputs if i.name.upper() == output[1]), None)
+            return None
+
+        def real(output: Output) -> set[Output]:
+            found, seen, work = set(), {output}, [output]
+            while work:
+                output = work.pop()
+                pin = behind(output)
+                if pin is None:
+                    found.add(output)
+                for further in pin.sources - seen if pin is not None else ():
+                    seen.add(further)
+                    work.append(further)
+            return found
+
+        first = {id(pin): frozenset().union(*map(real, pin.sources)) if pin.sources else pin.sources
+                 for element in self.elements.values() for pin in element.inputs}
+        for element in self.elements.values():
+            for pin in element.inputs:
+                pin.sources = frozenset(o for o in first[id(pin)] if o == RAIL
+                                        or self.elements[o[0]].kind != "continuation")
+
+
+def output_of(block: Element, name: str) -> str:
+    """The output that a wire means; without a name it is the first one."""
+    key = name.upper()
+    names = [pin.name.upper() for pin in (*block.outputs, *block.inputs)]
+    if key in names or not block.outputs:
+        return key
+    return block.outputs[0].name.upper()
+
+
+def _text(node: Node | None) -> Span | None:
+    if node is None:
+        return None
+    span = node.content
+    return span if span.end > span.start else None

@@ -1,0 +1,45 @@
+"""What is wrong with a PLCopen XML file, LD014x: one function raises each code."""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics, Label
+from ldc.source import Span
+
+
+def not_well_formed(diagnostics: Diagnostics, span: Span, problem: str, opened: Span | None) -> None:
+    secondary = (Label(opened, "in this element"),) if opened else ()
+    diagnostics.error("LD0140", f"this is no well-formed XML: {problem}", span, "reading stops here",
+                      secondary=secondary, help="is the file complete? export it again")
+
+
+def document_type(diagnostics: Diagnostics, span: Span) -> None:
+    diagnostics.error("LD0141", "a document type is not read", span, "declared here",
+                      help="PLCopen files have none: take the <!DOCTYPE ...> and its entities away")
+
+
+def too_large(diagnostics: Diagnostics, span: Span, limit: int, what: str) -> None:
+    diagnostics.error("LD0142", f"the XML has more than {limit:,} {what}", span, "reading stops here",
+                      help="export fewer POUs at a time")
+
+
+def no_project(diagnostics: Diagnostics, span: Span, tag: str) -> None:
+    diagnostics.error("LD0143", f"this is no PLCopen project: it begins with <{tag}>", span, "not <project>",
+                      help="export the program as PLCopen XML (TC6)")
+
+
+def malformed(diagnostics: Diagnostics, span: Span, message: str, help: str = "") -> None:
+    diagnostics.error("LD0144", message, span, "in this element", help=help or "export the file again")
+
+
+def unsupported(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD0145", message, span, label, help=help)
+
+
+def no_such_element(diagnostics: Diagnostics, span: Span, where: str, target: str) -> None:
+    diagnostics.error("LD0146", f"{where} is connected to {target}, which does not exist", span,
+                      "the wire leads here", help="draw the wire again in the editor that the file comes from")
+
+
+def loose(diagnostics: Diagnostics, span: Span, where: str, why: str) -> None:
+    diagnostics.warning("LD0147", f"{where} {why} and is left out", span, "not part of a rung",
+                        help="connect it, or delete it from the drawing")

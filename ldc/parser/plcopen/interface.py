@@ -1,0 +1,126 @@
+"""Types, variables and initial values (PLCopen TC6 XML, types/dataTypes and pou/interface)."""
+
+from __future__ import annotations
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.document import Node
+from ldc.types import ELEMENTARY
+
+SECTIONS = {
+    "localVars": "VAR", "inputVars": "VAR_INPUT", "outputVars": "VAR_OUTPUT", "inOutVars": "VAR_IN_OUT",
+    "tempVars": "VAR_TEMP", "externalVars": "VAR_EXTERNAL", "globalVars": "VAR_GLOBAL",
+}
+_QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN", "nonretain": "NON_RETAIN"}
+
+
+def var_blocks(parent: Node, diagnostics: Diagnostics) -> tuple[ast.VarBlock, ...]:
+    """The sections of an interface, or the global variables of a configuration or resource."""
+    return tuple(var_block(node, diagnostics) for node in parent.all(*SECTIONS))
+
+
+def var_block(node: Node, diagnostics: Diagnostics) -> ast.VarBlock:
+    qualifiers = tuple(dict.fromkeys(word for key, word in _QUALIFIERS.items() if node.flag(key)))
+    variables = (variable(child, diagnostics) for child in node.all("variable"))
+    return ast.VarBlock(SECTIONS[node.tag], qualifiers, tuple(v for v in variables if v), node.whole)
+
+
+def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
+    name = texts.name(node, diagnostics)
+    type_ = type_of(node.find("type"), node, diagnostics)
+    if name is None or type_ is None:
+        return None
+    location = node.get("address").strip().upper() or None
+    span = node.attribute("name")
+    return ast.VarDecl(name, location, type_, initial(node.find("initialValue"), diagnostics), span, node.span)
+
+
+def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:
+    """A data type of the project."""
+    name = texts.name(node, diagnostics)
+    type_ = type_of(node.find("baseType"), node, diagnostics)
+    if name is None or type_ is None:
+        return None
+    return ast.TypeDecl(name, type_, initial(node.find("initialValue"), diagnostics), node.whole)
+
+
+def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.TypeExpr | None:
+    """The type in a ``<type>``, ``<baseType>`` or ``<returnType>``."""
+    node = next(iter(holder.children), None) if holder is not None else None
+    if node is None:
+        findings.malformed(diagnostics, of.span, f"`{of.get('name')[:40]}` has no type")
+        return None
+    tag = node.tag
+    if tag == "derived":
+        name = texts.name(node, diagnostics)
+        return ast.NamedType(name, None, node.attribute("name")) if name else None
+    if tag.upper() in ("STRING", "WSTRING"):
+        length = texts.expression(node.attribute("length"), diagnostics) if node.get("length") else None
+        return ast.NamedType(tag.upper(), length, node.span)
+    if tag == "array":
+        return _array(node, diagnostics)
+    if tag == "struct":
+        fields = (variable(child, diagnostics) for child in node.all("variable"))
+        return ast.StructType(tuple(f for f in fields if f), node.whole)
+    if tag == "enum":
+        return _enum(node, diagnostics)
+    if tag in ("subrangeSigned", "subrangeUnsigned"):
+        bounds = _range(node.find("range"), node, diagnostics)
+        base = type_of(node.find("baseType"), node, diagnostics)
+        if bounds is None or not isinstance(base, ast.NamedType):
+            return None
+        return ast.SubrangeType(base.name, *bounds, node.whole)
+    if tag.upper() in ELEMENTARY:
+        return ast.NamedType(tag.upper(), None, node.span)
+    findings.unsupported(diagnostics, node.span, f"ldc has no type <{tag}>", "used here",
+                         "use one of the types of IEC 61131-3, 2nd edition")
+    return None
+
+
+def _range(node: Node | None, of: Node, diagnostics: Diagnostics) -> tuple[ast.Expr, ast.Expr] | None:
+    if node is None or not node.get("lower") or not node.get("upper"):
+        findings.malformed(diagnostics, (node or of).span, "a range has no lower and upper bound")
+        return None
+    low, high = (texts.expression(node.attribute(side), diagnostics) for side in ("lower", "upper"))
+    return None if low is None or high is None else (low, high)
+
+
+def _array(node: Node, diagnostics: Diagnostics) -> ast.ArrayType | None:
+    bounds = [_range(child, node, diagnostics) for child in node.all("dimension")]
+    element = type_of(node.find("baseType"), node, diagnostics)
+    if not bounds:
+        findings.malformed(diagnostics, node.span, "an array has no dimension")
+    if not bounds or None in bounds or element is None:
+        return None
+    return ast.ArrayType(tuple(bounds), element, node.whole)
+
+
+def _enum(node: Node, diagnostics: Diagnostics) -> ast.EnumType | None:
+    values = []
+    for child in node.descendants("value"):
+        name = texts.name(child, diagnostics)
+        if name is None:
+            return None
+        value = texts.expression(child.attribute("value"), diagnostics) if child.get("value") else None
+        values.append((name, value))
+    return ast.EnumType(tuple(values), node.whole)
+
+
+def initial(holder: Node | None, diagnostics: Diagnostics) -> ast.Initial | None:
+    """The value in an ``<initialValue>`` or a ``<value>`` of an array or structure."""
+    node = next(holder.all("simpleValue", "arrayValue", "structValue"), None) if holder is not None else None
+    if node is None:
+        return None
+    if node.tag == "simpleValue":
+        return texts.expression(node.attribute("value"), diagnostics) if node.get("value").strip() else None
+    values = list(node.all("value"))
+    inner = [initial(value, diagnostics) for value in values]
+    if None in inner or not inner:
+        return None
+    if node.tag == "structValue":
+        names = [texts.name(value, diagnostics, "member") for value in values]
+        fields = tuple((name, value) for name, value in zip(names, inner) if name)
+        return ast.Aggregate((), fields, node.whole)
+    repeats = [max(1, value.number("repetitionValue", 1)) for value in values]
+    return ast.Aggregate(tuple(zip(repeats, inner)), (), node.whole)

@@ -1,0 +1,314 @@
+"""One rung of a graphical body, written as paths between junctions.
+
+Inputs name their sources, and several sources mean OR of exactly these. So there is one net per set of
+sources; an output that belongs to several sets has a net of its own, from which a contact `[TRUE]` leads to
+each. Order: the drawing order, brought into one in which everything is fed before it is read; where a loop
+makes that impossible the drawing order stays, and the schedule opens the loop (DESIGN section 3, rule 5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.blocks import Pins
+from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output
+from ldc.source import Span
+
+_MODIFIERS = {"rising": "P", "falling": "N"}
+_STORAGE = {"set": "S", "reset": "R"}
+_NO_WIRE = "_"
+RAIL_NET = ""
+
+
+@dataclass(slots=True)
+class Step:
+    """An element between two nets (None: none; RAIL_NET: the left rail), and the nets at its pins."""
+
+    order: tuple[int, ...]
+    item: ast.Item
+    head: str | None
+    tail: str | None
+    reads: tuple[str, ...] = ()
+    writes: tuple[str, ...] = ()
+
+
+class RungWriter:
+    """Collects the steps of one rung."""
+
+    def __init__(
+        self, drawing: Drawing, group: list[Element], labels: dict[str, str], diagnostics: Diagnostics
+    ) -> None:
+        self.drawing, self.group, self.labels, self.diagnostics = drawing, group, labels, diagnostics
+        self.steps: list[Step] = []
+        self.sets: dict[frozenset[Output], str] = {}
+        self.feeds: dict[Output, list[frozenset[Output]]] = {}
+        self.failed = False
+        self.count = 0
+
+    def rung(self, name: str | None, title: str | None) -> ast.Rung | None:
+        pins = {element.id: Pins(self, element) for element in self.group if element.kind == "block"}
+        for element in self.group:
+            for pin in element.inputs:
+                if not (element.kind == "block" and self.value_at(pin) is not None):
+                    self.want(pin)
+        for element in self.group:
+            self.at = element.order
+            if element.kind == "block":
+                pins[element.id].write()
+            else:
+                getattr(self, f"_{element.kind}")(element)
+        self._values()
+        if self.failed or not self.steps:
+            return None
+        span = self.group[0].node.span
+        return ast.Rung(name, title, self._paths(self._ordered()), span, None)
+
+    # ---- nets
+
+    def fresh(self) -> str:
+        self.count += 1
+        return f"n{self.count}"
+
+    def want(self, pin: Input) -> None:
+        """Make the net of an input known before anything feeds it."""
+        if pin.sources and RAIL not in pin.sources and pin.sources not in self.sets:
+            self.sets[pin.sources] = self.fresh()
+            for output in pin.sources:
+                self.feeds.setdefault(output, []).append(pin.sources)
+
+    def net(self, pin: Input) -> str | None:
+        """The net that feeds an input; None when nothing does."""
+        if RAIL in pin.sources:
+            return RAIL_NET
+        return self.sets.get(pin.sources)
+
+    def tail(self, output: Output, span: Span) -> str | None:
+        """The net that an output feeds; None when nothing reads it."""
+        sets = self.feeds.get(output, ())
+        if not sets:
+            return None
+        if len(sets) == 1:
+            return self.sets[sets[0]]
+        own = self.sets.get(frozenset((output,))) or self.fresh()
+        for wider in sets:
+            if self.sets[wider] != own:
+                self.add(ast.Contact("", texts.true(span), span), own, self.sets[wider])
+        return own
+
+    def add(self, item: ast.Item, head: str | None, tail: str | None, reads=(), writes=()) -> None:
+        order = (*self.at, len(self.steps))
+        self.steps.append(Step(order, item, head, tail, tuple(reads), tuple(writes)))
+
+    # ---- expressions
+
+    def expression(self, span: Span | None, element: Element) -> ast.Expr | None:
+        if span is None or span.start == span.end:
+            findings.malformed(self.diagnostics, element.node.span,
+                               f"{self.drawing.where}: {element.describe()} has no variable",
+                               "name a variable in the editor that the file comes from")
+            self.failed = True
+            return None
+        found = texts.expression(span, self.diagnostics)
+        self.failed |= found is None
+        return found
+
+    def value(self, id_: str) -> ast.Expr | None:
+        """The expression in an input variable."""
+        element = self.drawing.elements[id_]
+        text = element.node.find("expression")
+        found = self.expression(text.content if text is not None else None, element)
+        return texts.negated(found) if found is not None and element.node.flag("negated") else found
+
+    def value_at(self, pin: Input) -> str | Span | None:
+        """What is written at a pin instead of a wire: the id of an input variable, or a place."""
+        if pin.text is not None and not pin.sources:
+            return pin.text
+        if len(pin.sources) == 1:
+            ((id_, _),) = pin.sources
+            if id_ and self.drawing.elements[id_].kind in ("inVariable", "inOutVariable"):
+                return id_
+        return None
+
+    def _values(self) -> None:
+        """Input variables where power is read: contacts at the left rail."""
+        for output in list(self.feeds):
+            element = self.drawing.elements[output[0]]
+            if element.kind not in ("inVariable", "inOutVariable"):
+                continue
+            users = [e.order for e in self.group for pin in e.inputs if output in pin.sources]
+            self.at = (*min(users), -1)
+            found = self.value(output[0])
+            if found is not None:
+                tail = self.tail(output, element.node.span)
+                self.add(ast.Contact("", found, element.node.span), RAIL_NET, tail)
+
+    # ---- elements
+
+    def _contact(self, element: Element) -> None:
+        node = element.node
+        text = node.find("variable")
+        expr = self.expression(text.content if text is not None else None, element)
+        if expr is None:
+            return
+        modifier = _MODIFIERS.get(node.get("edge"), "")
+        if node.flag("negated"):
+            modifier = {"": "/", "P": "N", "N": "P"}[modifier]
+            if modifier == "/" and not isinstance(expr, (ast.Name, ast.Member, ast.Index, ast.Direct)):
+                modifier, expr = "", texts.negated(expr)
+        item = ast.Contact(modifier, expr, node.span)
+        self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
+
+    def _coil(self, element: Element) -> None:
+        node = element.node
+        text = node.find("variable")
+        target = self.expression(text.content if text is not None else None, element)
+        modifier = _STORAGE.get(node.get("storage")) or _MODIFIERS.get(node.get("edge"), "")
+        if node.flag("negated"):
+            if modifier:
+                findings.unsupported(
+                    self.diagnostics, node.span,
+                    f"{self.drawing.where}: {element.describe()} is negated and has an edge or a storage",
+                    "a coil does one of these", "draw the negation as a contact before it")
+                self.failed = True
+            modifier = "/"
+        if target is None:
+            return
+        item = ast.Coil(modifier, target, node.span)
+        self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
+
+    def _outVariable(self, element: Element) -> None:
+        pin, node = element.inputs[0], element.node
+        if self.attached(element):
+            return
+        text = node.find("expression")
+        target = self.expression(text.content if text is not None else None, element)
+        if target is None:
+            return
+        value = self.value_at(pin)
+        if value is not None:
+            source = self.value(value) if isinstance(value, str) else self.expression(value, element)
+            if source is not None:
+                self.function("NOT" if node.flag("negated") else "MOVE", source, target, node.span)
+        elif len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not node.flag("negated"):
+            net = self.net(pin)
+            junction = ast.Junction(net, node.span)
+            self.function("MOVE", junction, target, node.span, reads=(net,))
+        else:
+            self.add(ast.Coil("/" if node.flag("negated") else "", target, node.span), self.net(pin), None)
+
+    def _inOutVariable(self, element: Element) -> None:
+        if element.inputs[0].sources:
+            self._outVariable(element)
+
+    def attached(self, element: Element) -> bool:
+        """Whether an output variable is the only reader of a block's output: it is written at the pin."""
+        pin = element.inputs[0]
+        if element.kind != "outVariable" or element.node.flag("negated") or len(pin.sources) != 1:
+            return False
+        (output,) = pin.sources
+        if not self._is_block(output):
+            return False
+        block = self.drawing.elements[output[0]]
+        return not any(o.name.upper() == output[1] and o.negated for o in block.outputs) and (
+            len(self.readers(output)) == 1)
+
+    def readers(self, output: Output) -> list[Element]:
+        return [e for e in self.group for pin in e.inputs if output in pin.sources]
+
+    def _is_block(self, output: Output) -> bool:
+        return output != RAIL and self.drawing.elements[output[0]].kind == "block"
+
+    def _jump(self, element: Element) -> None:
+        label = texts.label(element.node.get("label"), "label")
+        self._leave(element, self.labels.get(label.upper(), label))
+
+    def _return(self, element: Element) -> None:
+        self._leave(element, "RETURN")
+
+    def _leave(self, element: Element, target: str) -> None:
+        head = self.net(element.inputs[0])
+        span = element.node.span
+        if element.node.flag("negated"):
+            head = self.inverted(head, span)
+        self.add(ast.Jump(target, span), head, None)
+
+    # ---- functions that stand for what an element has no word for
+
+    def function(self, name: str, source, target, span: Span, reads=(), writes=()) -> None:
+        pins = (ast.Pin("IN", source, False, span), ast.Pin("OUT", target, True, span))
+        self.add(ast.Block(None, name, pins, _NO_WIRE, _NO_WIRE, span), None, None, reads, writes)
+
+    def inverted(self, net: str | None, span: Span) -> str:
+        """A net with the opposite power."""
+        new = self.fresh()
+        source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)
+        self.function("NOT", source, ast.Junction(new, span), span, (net,) if net else (), (new,))
+        return new
+
+    def edge(self, net: str | None, pin: Input, element: Element) -> str:
+        """A net with the edge of another: a block whose instance is added to the POU."""
+        span, new = pin.node.span, self.fresh()
+        name = texts.label(f"edge_{element.id}_{pin.name}", "edge")
+        self.drawing.made.append(ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span))
+        source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)
+        pins = (ast.Pin("CLK", source, False, span), ast.Pin("Q", ast.Junction(new, span), True, span))
+        block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)
+        self.add(block, None, None, (net,) if net else (), (new,))
+        return new
+
+    # ---- order and paths
+
+    def _ordered(self) -> list[Step]:
+        steps = sorted(self.steps, key=lambda step: step.order)
+        feeders: dict[str, int] = {}
+        for step in steps:
+            for net in {step.tail, *step.writes} - {None}:
+                feeders[net] = feeders.get(net, 0) + 1
+        waiting: dict[str, list[int]] = {}
+        missing = []
+        for index, step in enumerate(steps):
+            nets = {net for net in (step.head, *step.reads) if net and feeders.get(net)}
+            missing.append(len(nets))
+            for net in nets:
+                waiting.setdefault(net, []).append(index)
+        ready = [index for index, count in enumerate(missing) if not count]
+        heapify(ready)
+        done: list[Step] = []
+        while ready:
+            step = steps[heappop(ready)]
+            done.append(step)
+            for net in {step.tail, *step.writes} - {None}:
+                feeders[net] -= 1
+                for index in waiting.get(net, ()) if not feeders[net] else ():
+                    missing[index] -= 1
+                    if not missing[index]:
+                        heappush(ready, index)
+        return done if len(done) == len(steps) else steps
+
+    def _paths(self, steps: list[Step]) -> tuple[ast.Path, ...]:
+        uses: dict[str, int] = {}
+        for step in steps:
+            for net in (step.head, step.tail, *step.reads, *step.writes):
+                if net:
+                    uses[net] = uses.get(net, 0) + 1
+        paths: list[list[ast.Item]] = []
+        before: Step | None = None
+        for step in steps:
+            chained = before is not None and step.head and step.head == before.tail
+            if not chained:
+                if before is not None and before.tail and uses[before.tail] > 1:
+                    paths[-1].append(ast.Junction(before.tail, before.item.span))
+                paths.append([])
+                if step.head:
+                    paths[-1].append(ast.Junction(step.head, step.item.span))
+            elif uses[step.head] > 2:
+                paths[-1].append(ast.Junction(step.head, step.item.span))
+            paths[-1].append(step.item)
+            before = step
+        if before is not None and before.tail and uses[before.tail] > 1:
+            paths[-1].append(ast.Junction(before.tail, before.item.span))
+        return tuple(ast.Path(tuple(items), items[0].span) for items in paths)

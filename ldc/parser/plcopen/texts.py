@@ -1,0 +1,86 @@
+"""Names and expressions that stand in attributes and in the text of elements."""
+
+from __future__ import annotations
+
+import re
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast, literals
+from ldc.parser.plcopen import findings
+from ldc.parser.plcopen.document import Node
+from ldc.parser.reader import parse_expression
+from ldc.source import Span
+
+_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
+_ISO = re.compile(r"P(?:(\d+)D)?(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d+)(?:\.(\d{1,9})\d*)?S)?)?\Z", re.ASCII)
+_BARE_TIME = re.compile(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII | re.IGNORECASE)
+
+
+def expression(span: Span, diagnostics: Diagnostics) -> ast.Expr | None:
+    """The expression written there; None when it is none (then it is told)."""
+    return parse_expression(span.source, span.start, span.end, diagnostics)
+
+
+def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str | None:
+    """A name that other things refer to."""
+    text = node.get(attribute).strip()
+    if _NAME.match(text):
+        return text
+    what = f"`{text[:40]}` is no name" if text else f"<{node.tag}> has no {attribute}"
+    findings.malformed(diagnostics, node.span, what, "names have letters a to z, digits and underscores")
+    return None
+
+
+def label(text: str, default: str) -> str:
+    """A name made of any text: for what nobody refers to."""
+    text = re.sub(r"\W+", "_", text.strip(), flags=re.ASCII).strip("_") or default
+    return f"_{text}" if text[0].isdigit() else text
+
+
+def duration(node: Node, attribute: str, diagnostics: Diagnostics) -> ast.Expr | None:
+    """An interval: ``T#20ms``, ``20ms``, or ISO 8601 (``PT0.02S``); None when it is zero or not given."""
+    span = node.attribute(attribute)
+    text = node.get(attribute).strip()
+    iso = _ISO.match(text.upper())
+    if iso and text:
+        days, hours, minutes, seconds, fraction = (part or "0" for part in iso.groups())
+        whole = ((int(days) * 24 + int(hours)) * 60 + int(minutes)) * 60 + int(seconds)
+        return time_literal(whole * 10**9 + int(fraction.ljust(9, "0")), span)
+    if _BARE_TIME.match(text):
+        return bare_time(text, span, diagnostics)
+    if not text:
+        return None
+    value = expression(span, diagnostics)
+    return None if isinstance(value, ast.Literal) and value.value == 0 else value
+
+
+def bare_time(text: str, span: Span, diagnostics: Diagnostics) -> ast.Expr | None:
+    try:
+        value, type_, shown = literals.literal(f"T#{text}")
+    except literals.Malformed:
+        return expression(span, diagnostics)
+    return ast.Literal(value, type_, shown, span) if value else None
+
+
+def time_literal(nanoseconds: int, span: Span) -> ast.Expr | None:
+    if not nanoseconds:
+        return None
+    text = f"T#{nanoseconds // 1_000_000}ms" if nanoseconds % 1_000_000 == 0 else f"T#{nanoseconds}ns"
+    return ast.Literal(nanoseconds, "TIME", text, span)
+
+
+def true(span: Span, value: bool = True) -> ast.Literal:
+    return ast.Literal(value, "BOOL", "TRUE" if value else "FALSE", span)
+
+
+def negated(expr: ast.Expr) -> ast.Expr:
+    return ast.Unary("NOT", expr, expr.span)
+
+
+def prose(node: Node | None) -> str:
+    """The words in an element, in one line."""
+    if node is None:
+        return ""
+    if not node.children:
+        return " ".join(node.content.text.split())
+    return " ".join(filter(None, map(prose, node.children)))
