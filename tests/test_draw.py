@@ -74,13 +74,6 @@ def test_pou_goldens(golden: Callable[[str, str], None]) -> None:
     golden("draw/pou.svg", pou_svg(file.pous[0], comments=file.comments, width=80))
 
 
-def test_the_picture_of_the_readme_is_drawn_by_the_program(golden_at: Callable[[Path, str], None]) -> None:
-    file = conveyor()
-    seal_in = file.pous[0].body.rungs[0]
-    notes = notes_of(file.pous[0], file.comments)
-    golden_at(ROOT / "docs" / "rung.svg", rung_svg(seal_in, number=1, fill=72, notes=notes))
-
-
 # ---- what must hold for every rung ------------------------------------------------------------
 
 
