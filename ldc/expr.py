@@ -98,6 +98,15 @@ class Load:
 
 
 @dataclass(frozen=True, slots=True)
+class Output:
+    """An output of a FUNCTION of the project, of ``type``, and the place that takes it."""
+
+    name: str
+    type: Type
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
 class Apply:
     """A function or operator on values.
 
@@ -105,6 +114,7 @@ class Apply:
     AND OR XOR NOT GT GE EQ NE LE LT NEG), a conversion (``INT_TO_REAL``), or a FUNCTION of the
     project (capitals). Arguments stand in declared order, defaults filled in, and have exactly the
     types that the function takes: implicit conversions were made explicit. ``type`` is the result's.
+    ``outputs``: in statements only, the VAR_OUTPUT and VAR_IN_OUT pins of a FUNCTION of the project.
     """
 
     op: str
@@ -112,6 +122,7 @@ class Apply:
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
     user: bool = False
+    outputs: tuple[Output, ...] = ()
 
 
 Expr = Const | Load | Apply

@@ -27,6 +27,7 @@ from ldc.il import program as il
 from ldc.il import standard, text
 from ldc.il.layout import Layout
 from ldc.il.lower import lower
+from ldc.il.lower_statements import lower_body
 from ldc.il.verify import Verdict, verify
 from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
@@ -34,6 +35,7 @@ from ldc.model import Scope, resolve, usage
 from ldc.model.elements import Coil
 from ldc.model.project import Model, Pou
 from ldc.parser import ast, parse_file
+from ldc.parser.statements import StatementBody
 from ldc.symbols import Location
 
 # Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C
@@ -153,6 +155,8 @@ class _Compile:
         scope = Scope(self.model, pou.name)
         if isinstance(pou.body, ast.TextBody):
             return self.text_pou(pou, scope)
+        if isinstance(pou.body, StatementBody):
+            return self.statements(pou, scope)
         rungs = pou.body.rungs
         locations = self.locations | {
             v.name.upper(): v.location for v in pou.variables.values() if v.location}
@@ -213,14 +217,19 @@ class _Compile:
             help=f"this is a fault of ldc, not of the program; please report it with this rung. It shows with {values}")
 
     def text_pou(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
-        if pou.body.language == "IL":
-            with self.timed("read IL"):
-                unit = text.parse_unit(pou, scope, self.diagnostics)
-            return None if unit is None else (unit, ())
-        self.diagnostics.error(
-            "LD0520", f"the body of {pou.name} is Structured Text, which this version of ldc does not compile",
-            pou.span, "an ST body", help="write the body as ladder or IL")
-        return None
+        with self.timed("read IL"):
+            unit = text.parse_unit(pou, scope, self.diagnostics)
+        return None if unit is None else (unit, ())
+
+    def statements(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]]:
+        """A body in Structured Text. Its statements are no rungs: there is no drawing to compare with."""
+        with self.timed("statements"):
+            actions = scope.actions(self.diagnostics)
+        with self.timed("lower"):
+            code, temps = lower_body(actions, self.options.max_paren_depth)
+        unit = il.Unit(pou.signature.kind, pou.name, (*pou.variables.values(), *temps), code,
+                       pou.signature.result, pou.title)
+        return unit, ()
 
     # -- the whole
 

@@ -145,10 +145,9 @@ END_PROGRAM
 '''.replace("{total}", total)
 
 
-@pytest.mark.parametrize("path", ["x.st", "x.il"])
-def test_bodies_of_other_languages_are_left_alone(path: str) -> None:
+def test_bodies_in_instruction_list_are_left_alone() -> None:
     text = "FUNCTION f:INT VAR_INPUT a:INT;END_VAR // c\n\n  f := a  +  1; (* x *) \n\n\nEND_FUNCTION"
-    assert formatted(text, path) == (
+    assert formatted(text, "x.il") == (
         "FUNCTION f : INT\nVAR_INPUT\n    a  : INT;\nEND_VAR  // c\n  f := a  +  1; (* x *)\nEND_FUNCTION\n")
 
 

@@ -1,4 +1,4 @@
-"""`ldc fmt`: .ld sources in their one canonical form."""
+"""`ldc fmt`: .ld and .st sources in their one canonical form."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     # Files have a form whatever they belong to, so several projects may be named here.
     sources = {Path(file.path).resolve(): file for path in options.sources for file in read([path]).files}
     for source in sources.values():
-        if not source.path.lower().endswith(".ld"):
+        if not source.path.lower().endswith((".ld", ".st")):
             continue
         own = Diagnostics()
         file = parse_file(source, own)
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _summary(changed: int, total: int, check: bool) -> str:
     if not total:
-        return "no .ld files to format"
+        return "no .ld or .st files to format"
     if not changed:
         return f"{plural(total, 'file')} in canonical form" if total > 1 else "1 file, in canonical form"
     return f"{plural(changed, 'file')} of {total} {'would change' if check else 'changed'}"

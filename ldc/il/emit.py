@@ -81,6 +81,15 @@ class Emitter:
         self.temps[name] = Variable(name, type_, "temp")
         return Place(name, type_)
 
+    def mark(self) -> dict[Type, int]:
+        """How many temporaries are in use, for ``release``."""
+        return dict(self._counts)
+
+    def release(self, mark: dict[Type, int]) -> None:
+        """What was taken since ``mark`` may be taken again: nothing that was held is needed any more."""
+        self._counts = dict(mark)
+        self._acc = None
+
     def own(self, expr: Value) -> Value:
         """Notes that ``expr``, which may be computed later, stems from the current element."""
         self._owners[id(expr)] = expr, self.element, self.span

@@ -83,7 +83,7 @@ def network_on_value_pin(diagnostics: Diagnostics, span: Span, pin: str, type_: 
 
 
 def outputs_in_expression(diagnostics: Diagnostics, span: Span, message: str, label: str) -> None:
-    diagnostics.error("LD0514", message, span, label, help="draw the function as a block of the rung instead")
+    diagnostics.error("LD0514", message, span, label, help="write the call as a block of the rung, or as a statement of its own")
 
 
 def unknown_label(diagnostics: Diagnostics, span: Span, label: str, help: str) -> None:

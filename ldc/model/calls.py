@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, Const, Expr
+from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import functions
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
-from ldc.model import expressions
+from ldc.model import expressions, wiring
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Value
@@ -33,9 +33,10 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
     if signature is not None:
         if signature.kind != "FUNCTION":
             kind = signature.kind.lower().replace("_", " ")
+            how = "call an instance of it, `instance(...);`," if env.statements else (
+                "draw it as a block, `<instance: TYPE(...)>`,")
             findings.wrong_kind(diagnostics, node.span, f"`{node.name}` cannot be called in an expression",
-                                f"this is a {kind}",
-                                "draw it as a block, `<instance: TYPE(...)>`, and read `instance.pin`")
+                                f"this is a {kind}", f"{how} and read `instance.pin`")
             return None
         return _project_function(env, node, signature, diagnostics)
     function = standard_function(key)
@@ -104,6 +105,8 @@ def _standard_function(
 def _project_function(
     env: Environment, node: ast.Call, signature: Signature, diagnostics: Diagnostics
 ) -> Value | None:
+    if env.statements and (signature.in_outs or any(a.output for a in node.arguments)):
+        return _with_outputs(env, node, signature, diagnostics)
     if not _inputs_only(node, diagnostics):
         return None
     if signature.in_outs:
@@ -141,6 +144,32 @@ def _project_function(
     if None in typed:
         return None
     return Apply(signature.name.upper(), tuple(typed), signature.result, node.span, user=True)
+
+
+def _with_outputs(
+    env: Environment, node: ast.Call, signature: Signature, diagnostics: Diagnostics
+) -> Apply | None:
+    """A FUNCTION that also writes variables, in an expression of a statement."""
+    if signature.result is None:
+        return None
+    pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in node.arguments)
+    drawn = ast.Block(None, node.name, pins, wiring.NOT_WIRED, wiring.NOT_WIRED, node.span)
+    block = wiring.Wiring(env, drawn, signature, _no_net, diagnostics).function()
+    if block is None:
+        return None
+    for pin in (*block.inputs, *block.outputs):
+        if pin.pin in ("EN", "ENO", "OUT"):
+            findings.outputs_in_expression(diagnostics, pin.span, f"pin {pin.pin} is used in an expression",
+                                           "the expression takes the result in any case")
+            return None
+    outputs = tuple(Output(p.pin, p.type, p.target) for p in block.outputs)
+    env.taken.extend(output.place for output in outputs)
+    return Apply(signature.name.upper(), tuple(p.source for p in block.inputs), signature.result, node.span,
+                 user=True, outputs=outputs)
+
+
+def _no_net(node: ast.Expr) -> int:
+    raise TypeError(f"{node!r} is no network: expressions have none")
 
 
 def _parameter(

@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
+from ldc.expr import Place
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
 
 
 class Environment(Protocol):
-    """Names are given in capitals. ``kind`` is that of the POU, "" outside of one."""
+    """Names are given in capitals. ``kind`` is that of the POU, "" outside of one; ``statements``: it is
+    an ST body, whose calls may have outputs; ``taken`` collects the places that these write."""
 
     pou: str
     kind: str
     library: bool
     image_bytes: int
+    statements: bool
+    taken: list[Place]
 
     def variable(self, key: str) -> tuple[Variable, bool] | None:
         """The variable, and whether it is a global one."""

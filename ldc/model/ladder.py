@@ -10,6 +10,7 @@ from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import AnyEnum, Untyped, coerce
 from ldc.parser import ast
+from ldc.source import Span
 from ldc.types import BOOL, TIME, Elementary, String, Type, storage
 
 CONTACTS = {"": "open", "/": "closed", "P": "rising", "N": "falling"}
@@ -73,17 +74,22 @@ def _operand(env: Environment, written: ast.Expr, diagnostics: Diagnostics):
     return None
 
 
-def _comparison(text: str, type_: Type) -> str:
-    """How to make a condition of a value."""
+def not_a_condition(diagnostics: Diagnostics, span: Span, what: str, type_: Type) -> None:
+    """Reports a value of a statement that is not the BOOL that is needed there."""
+    findings.not_bool(diagnostics, span, what, type_, _comparison(span.text, type_, "{}"))
+
+
+def _comparison(text: str, type_: Type, shape: str = "[{}]") -> str:
+    """How to make a condition of a value; ``shape``: what is written around it."""
     base = storage(type_)
     if base == TIME:
-        return f"write `[{text} <> T#0s]`"
+        return f"write `{shape.format(f'{text} <> T#0s')}`"
     if isinstance(base, Elementary) and base.kind in ("int", "uint", "bits", "real"):
-        return f"write `[{text} <> 0]`"
+        return f"write `{shape.format(f'{text} <> 0')}`"
     if isinstance(base, String):
-        return f"write `[{text} <> '']`"
+        return "write `" + shape.format(f"{text} <> ''") + "`"
     if hasattr(base, "pou"):
-        return f"name one of its outputs, as in `[{text}.Q]`"
+        return f"name one of its outputs, as in `{shape.format(text + '.Q')}`"
     return "compare it with something"
 
 

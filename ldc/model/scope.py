@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Expr, Place
 from ldc.library import blocks
-from ldc.model import elements, expressions, ladder, ladder_blocks, places
+from ldc.model import actions, elements, expressions, ladder, ladder_blocks, places, statements
 from ldc.model.pins import NetOf
 from ldc.model.project import Model
 from ldc.parser import ast
+from ldc.parser.statements import StatementBody
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
 
@@ -33,6 +34,8 @@ class Scope:
         self._locals = found.variables if found is not None else {}
         self._known: dict[str, tuple[Variable, bool]] = {}
         rungs = found.body.rungs if found is not None and isinstance(found.body, ast.LadderBody) else ()
+        self.statements = found is not None and isinstance(found.body, StatementBody)
+        self.taken: list[Place] = []
         self._labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
 
     def expression(self, node: ast.Expr, wanted: Type | None, diagnostics: Diagnostics) -> Expr | None:
@@ -56,6 +59,10 @@ class Scope:
         if kind is ast.Block:
             return ladder_blocks.block(self, item, net_of, diagnostics)
         return ladder.jump(self._labels, item, diagnostics, self.silent_labels)
+
+    def actions(self, diagnostics: Diagnostics) -> tuple[actions.Action, ...]:
+        """The typed statements of a POU with a body in Structured Text."""
+        return statements.body(self, self.model.pous[self.pou.upper()].body.statements, diagnostics)
 
     # ---- the environment --------------------------------------------------------------------------
 

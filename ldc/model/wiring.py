@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Place
 from ldc.model import call_findings as findings
-from ldc.model.calls import default_argument, pins_help
+from ldc.model import calls
 from ldc.model.elements import Block, PinIn, PinOut
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
@@ -51,7 +51,7 @@ class Wiring:
         for parameter in self.signature.inputs:
             if parameter.name in given or parameter is power_in:
                 continue
-            value = default_argument(parameter)
+            value = calls.default_argument(parameter)
             if value is None:
                 missing.append(parameter.name)
             else:
@@ -115,7 +115,8 @@ class Wiring:
     def _given(self, power_in: Parameter | None) -> dict[str, ast.Pin] | None:
         """The pins as written, by the declared name of the pin."""
         given: dict[str, ast.Pin] = {}
-        by_position = iter([p for p in self.signature.inputs if p is not power_in])
+        values = self.signature.inputs + (self.in_outs if self.env.statements else ())
+        by_position = iter([p for p in values if p is not power_in])
         taken = 0
         for pin in self.node.pins:
             if pin.name is None:
@@ -164,7 +165,7 @@ class Wiring:
         if not self.env.silent_pin(self.signature.name.upper(), key):
             names = [p.name for p in (*self.inputs, *self.outputs, *self.in_outs)]
             findings.unknown_pin(self.diagnostics, pin.span, self.signature.name, pin.name,
-                                 suggest(pin.name, names) or pins_help(names))
+                                 suggest(pin.name, names) or calls.pins_help(names))
         return None
 
     def _block(

@@ -6,8 +6,12 @@ Nothing here is typed or resolved; names keep the spelling of the source.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ldc.source import SourceFile, Span
+
+if TYPE_CHECKING:
+    from ldc.parser.statements import StatementBody
 
 # ---- expressions ------------------------------------------------------------------------------
 
@@ -285,7 +289,7 @@ class LadderBody:
 
 @dataclass(frozen=True, slots=True)
 class TextBody:
-    """The source text of a body in another language: ``language`` is "ST" or "IL"."""
+    """The source text of a body in Instruction List, ``language`` "IL"."""
 
     language: str
     span: Span
@@ -293,14 +297,15 @@ class TextBody:
 
 @dataclass(frozen=True, slots=True)
 class Pou:
-    """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns."""
+    """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns. The
+    body is a ``statements.StatementBody`` in Structured Text."""
 
     kind: str
     name: str
     title: str | None
     result: TypeExpr | None
     var_blocks: tuple[VarBlock, ...]
-    body: LadderBody | TextBody
+    body: LadderBody | TextBody | StatementBody
     span: Span
     name_span: Span
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ldc.parser import ast, literals, operators
+from ldc.parser import ast, literals, operators, statements
 from ldc.parser.findings import Findings
 from ldc.parser.lexer import Tokens
 from ldc.source import Span
@@ -136,6 +136,29 @@ class Builder:
 
     def pin_positional(self, values: Values) -> ast.Pin:
         return ast.Pin(None, values[0], False, values[0].span)
+
+    # ---- statements
+
+    def assign(self, values: Values) -> statements.Assign:
+        target, _, value = values
+        return statements.Assign(target, value, target.span.to(value.span))
+
+    def invoke(self, values: Values) -> statements.Invoke:
+        callee, _, arguments, close = values
+        span = Span(self.source, callee.span.start, self.ends[close])
+        return statements.Invoke(callee, tuple(arguments), span)
+
+    def for_head(self, values: Values) -> statements.ForHead:
+        step = values[6] if len(values) > 5 else None
+        span = values[0].span.to(values[-1].span)
+        return statements.ForHead(values[0], values[2], values[4], step, span)
+
+    def case_value(self, values: Values) -> statements.Label:
+        return statements.Label(values[0], None, values[0].span)
+
+    def case_range(self, values: Values) -> statements.Label:
+        low, _, high = values
+        return statements.Label(low, high, low.span.to(high.span))
 
     # ---- expressions
 

@@ -172,8 +172,8 @@ class Findings:
                  f"write {end}", (Label(self.tokens.point(opening), "this is what ends here"),))
 
     def late_declarations(self, index: int) -> None:
-        self._at("LD0121", "declarations stand before the body", index, "this block comes after a rung",
-                 "move the block up, above the first rung")
+        self._at("LD0121", "declarations stand before the body", index, "this block comes after code",
+                 "move the block up, above the body")
 
     # ---- details
 
@@ -194,3 +194,50 @@ class Findings:
         label = "given twice" if twice else "not a setting of a task"
         self._at("LD0125", "a task has INTERVAL, SINGLE and PRIORITY, each once", index, label,
                  "write for example `TASK fast (INTERVAL := T#10ms, PRIORITY := 1);`")
+
+    # ---- statements
+
+    def block_open(self, opening: int, end: str, index: int) -> None:
+        """The block that ``opening`` began has no ``end`` before the token ``index``."""
+        tokens = self.tokens
+        there = tokens.point(index) if index < len(tokens.types) else self.behind(index - 1)
+        self._at("LD0130", f"{self.shown(opening)} is not closed", opening, f"this has no {end}",
+                 f"write `{end};` where it ends", (Label(there, f"{end} was expected before this at the latest"),))
+
+    def stray_word(self, index: int, label: str, help: str) -> None:
+        self._at("LD0131", f"{self.shown(index)} does not belong here", index, label, help)
+
+    def misspelt(self, index: int, meant: str) -> None:
+        self.syntax(self.tokens.point(index), f"expected a statement, found {self.shown(index)}",
+                    "no statement begins so", f"did you mean `{meant}`?")
+
+    def missing_semicolon(self, index: int) -> None:
+        self.diagnostics.error("LD0132", f"`;` is missing behind {self.shown(index)}", self.behind(index),
+                               "the statement ends here", help="end every statement with `;`")
+
+    def equals_sign(self, index: int) -> None:
+        self._no_statement(self.tokens.point(index), "`=` compares, it does not assign", "not `:=`",
+                           "write `:=` to assign")
+
+    def no_statement(self, first: int, last: int) -> None:
+        span = self.tokens.span(first, last)
+        self._no_statement(span, f"`{cut(span.text)}` alone is no statement", "nothing is done with it",
+                           "assign it, `x := value;`, or call it, `name();`")
+
+    def _no_statement(self, span: Span, message: str, label: str, help: str) -> None:
+        self.diagnostics.error("LD0133", message, span, label, help=help)
+
+    def outside_loop(self, index: int) -> None:
+        self._at("LD0134", f"{self.shown(index)} stands outside of a loop", index, "no FOR, WHILE or REPEAT around it",
+                 "remove it; RETURN leaves the whole POU")
+
+    def no_label(self, index: int, opening: int) -> None:
+        self._at("LD0135", "a CASE begins with a label", index, "this belongs to no value",
+                 "write the value before it, `1:` or `1, 3..5:`",
+                 (Label(self.tokens.point(opening), "this CASE"),))
+
+    def missing_word(self, opening: int, word: str, index: int) -> None:
+        found = self.shown(index) if index < len(self.tokens.types) else "the end of the file"
+        self.diagnostics.error("LD0136", f"{word} is missing", self.behind(index - 1), f"{word} was expected before {found}",
+                               secondary=(Label(self.tokens.point(opening), f"belongs to this {self.tokens.text(opening)}"),),
+                               help=f"write {word} here")

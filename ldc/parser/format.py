@@ -12,8 +12,10 @@ from itertools import groupby
 
 from ldc.parser import ast, layout, unparse
 from ldc.parser.comments import Comments, comment_text, trailing_text
+from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.lexer import lex
 from ldc.parser.literals import quoted
+from ldc.parser.statements import StatementBody
 
 INDENT = unparse.INDENT
 _WIDEST_NAME, _WIDEST_LINE = 24, 60
@@ -48,8 +50,8 @@ class _Printer:
                 self._types(list(group))
                 continue
             for part in group:
-                self._blank()
-                self._above(part.span.start, "")
+                self.blank()
+                self.above(part.span.start, "")
                 if isinstance(part, ast.Pou):
                     self._pou(part)
                 elif isinstance(part, ast.VarBlock):
@@ -58,17 +60,17 @@ class _Printer:
                     self._configuration(part)
         rest = self.comments.before(len(self.text) + 1)
         if rest:
-            self._blank()
-            self._own_lines(rest, "")
+            self.blank()
+            self.own_lines(rest, "")
         return "\n".join(self.lines) + "\n" if self.lines else ""
 
     # ---- lines and comments
 
-    def _blank(self) -> None:
+    def blank(self) -> None:
         if self.lines and self.lines[-1]:
             self.lines.append("")
 
-    def _own_lines(self, comments: Sequence[ast.Comment], indent: str) -> None:
+    def own_lines(self, comments: Sequence[ast.Comment], indent: str) -> None:
         for comment in comments:
             self._keep_blank(comment.span.start)
             self.lines.append(indent + comment_text(comment))
@@ -77,15 +79,15 @@ class _Printer:
     def _keep_blank(self, start: int) -> None:
         """A blank line where the source has one, but none below an opening line."""
         if self.text.count("\n", self.last, start) > 1 and not self.opened:
-            self._blank()
+            self.blank()
         self.opened = False
 
-    def _above(self, start: int, indent: str) -> None:
+    def above(self, start: int, indent: str) -> None:
         """Comments that stand before ``start``, on lines of their own."""
-        self._own_lines(self.comments.before(start), indent)
+        self.own_lines(self.comments.before(start), indent)
         self._keep_blank(start)
 
-    def _line(self, text: str, end: int, opens: bool = False) -> None:
+    def line(self, text: str, end: int, opens: bool = False) -> None:
         """A line for what ends at ``end`` in the source, with the comments in it and behind it."""
         beside = self.comments.same_line(end)
         if beside:
@@ -122,7 +124,7 @@ class _Printer:
     def _section(self, block: ast.VarBlock, indent: str) -> None:
         head = " ".join((block.kind, *block.qualifiers))
         first = self._token(block.kind, block.span.start, 1) + len(block.qualifiers)
-        self._line(indent + head, self.tokens.ends[first], opens=True)
+        self.line(indent + head, self.tokens.ends[first], opens=True)
         top = len(self.lines)
         self._declarations(block.variables, indent + INDENT)
         self._align(top)
@@ -136,12 +138,12 @@ class _Printer:
         for (declared, *_), text in zip(groups, names, strict=True):
             span = declared.group_span
             place = f"AT {declared.location} : " if declared.location else ": "
-            self._above(span.start, indent)
+            self.above(span.start, indent)
             self._declaration(f"{indent}{text.ljust(width)}  {place}", declared, span.end, indent)
 
     def _close(self, word: str, end: int, indent: str, inner: str) -> None:
-        self._own_lines(self.comments.before(end - len(word)), inner)
-        self._line(indent + word, end)
+        self.own_lines(self.comments.before(end - len(word)), inner)
+        self.line(indent + word, end)
 
     def _declaration(self, head: str, declared: ast.VarDecl | ast.TypeDecl, end: int, indent: str) -> None:
         """``name : type := initial;``, with a line for each field of a STRUCT."""
@@ -150,23 +152,23 @@ class _Printer:
             bounds = ", ".join(f"{unparse.expr_text(a)}..{unparse.expr_text(b)}" for a, b in kind.bounds)
             ranges, kind = f"{ranges}ARRAY [{bounds}] OF ", kind.element
         if not isinstance(kind, ast.StructType):
-            self._line(f"{head}{unparse.declared_text(declared)};", end)
+            self.line(f"{head}{unparse.declared_text(declared)};", end)
             return
         word = self._token("STRUCT", kind.span.start, 1)
-        self._line(f"{head}{ranges}STRUCT", self.tokens.ends[word], opens=True)
+        self.line(f"{head}{ranges}STRUCT", self.tokens.ends[word], opens=True)
         self._declarations(kind.fields, indent + INDENT)
-        self._own_lines(self.comments.before(kind.span.end - len("END_STRUCT")), indent + INDENT)
+        self.own_lines(self.comments.before(kind.span.end - len("END_STRUCT")), indent + INDENT)
         initial = "" if declared.initial is None else f" := {unparse.initial_text(declared.initial)}"
-        self._line(f"{indent}END_STRUCT{initial};", end)
+        self.line(f"{indent}END_STRUCT{initial};", end)
 
     def _types(self, types: list[ast.TypeDecl]) -> None:
         """Neighbouring types share one TYPE block."""
         first = self._token("TYPE", types[0].span.start, -1)
-        self._blank()
-        self._above(self.tokens.starts[first], "")
-        self._line("TYPE", self.tokens.ends[first], opens=True)
+        self.blank()
+        self.above(self.tokens.starts[first], "")
+        self.line("TYPE", self.tokens.ends[first], opens=True)
         for declared in types:
-            self._above(declared.span.start, INDENT)
+            self.above(declared.span.start, INDENT)
             top = len(self.lines)
             self._declaration(f"{INDENT}{declared.name} : ", declared, declared.span.end, INDENT)
             self._align(top)
@@ -179,12 +181,16 @@ class _Printer:
         result = "" if pou.result is None else f" : {unparse.type_text(pou.result)}"
         title = "" if pou.title is None else f" {quoted(pou.title)}"
         end = self._head_end(pou)
-        self._line(f"{pou.kind} {pou.name}{result}{title}", end)
+        self.line(f"{pou.kind} {pou.name}{result}{title}", end)
         for block in pou.var_blocks:
             self.opened = True
-            self._above(block.span.start, "")
+            self.above(block.span.start, "")
             self._section(block, "")
-        if isinstance(pou.body, ast.TextBody):
+        if isinstance(pou.body, StatementBody):
+            self.blank()
+            self.opened = True
+            StatementPrinter(self).list(pou.body.statements, INDENT)
+        elif isinstance(pou.body, ast.TextBody):
             self._text_body(pou.body)
         else:
             for rung in pou.body.rungs:
@@ -192,9 +198,11 @@ class _Printer:
         word = f"END_{pou.kind}"
         below = self.comments.before(pou.span.end - len(word))
         if below:
-            self._blank()
-            self._own_lines(below, "")
-        self._line(word, pou.span.end)
+            inside = isinstance(pou.body, StatementBody)
+            if not inside:
+                self.blank()
+            self.own_lines(below, INDENT if inside else "")
+        self.line(word, pou.span.end)
 
     def _head_end(self, pou: ast.Pou) -> int:
         """The offset behind the name, type and title of a POU."""
@@ -221,8 +229,8 @@ class _Printer:
         self.last = body.span.end
 
     def _rung(self, rung: ast.Rung) -> None:
-        self._blank()
-        self._above(rung.span.start, "")
+        self.blank()
+        self.above(rung.span.start, "")
         first = rung.paths[0].items[0].span.start
         self.lines.append(unparse.rung_head(rung) + trailing_text(self._beside_head(rung.span.start, first)))
         for number, path in enumerate(rung.paths, 1):
@@ -253,9 +261,9 @@ class _Printer:
 
     def _configuration(self, configuration: ast.Configuration) -> None:
         start = self._index(configuration.span.start)
-        self._line(f"CONFIGURATION {configuration.name}", self.tokens.ends[start + 1], opens=True)
+        self.line(f"CONFIGURATION {configuration.name}", self.tokens.ends[start + 1], opens=True)
         for part in _ordered(configuration.var_blocks, configuration.resources):
-            self._above(part.span.start, INDENT)
+            self.above(part.span.start, INDENT)
             if isinstance(part, ast.VarBlock):
                 self._section(part, INDENT)
             else:
@@ -266,16 +274,16 @@ class _Printer:
         start = self._index(resource.span.start)
         inner = INDENT * 2
         head = f"{INDENT}RESOURCE {resource.name} ON {resource.processor}"
-        self._line(head, self.tokens.ends[start + 3], opens=True)
+        self.line(head, self.tokens.ends[start + 3], opens=True)
         for part in _ordered(resource.var_blocks, resource.tasks, resource.programs):
-            self._above(part.span.start, inner)
+            self.above(part.span.start, inner)
             if isinstance(part, ast.VarBlock):
                 self._section(part, inner)
             elif isinstance(part, ast.Task):
-                self._line(inner + _task_text(part), part.span.end)
+                self.line(inner + _task_text(part), part.span.end)
             else:
                 task = "" if part.task is None else f" WITH {part.task}"
-                self._line(f"{inner}PROGRAM {part.name}{task} : {part.pou};", part.span.end)
+                self.line(f"{inner}PROGRAM {part.name}{task} : {part.pou};", part.span.end)
         self._close("END_RESOURCE", resource.span.end, INDENT, inner)
 
 

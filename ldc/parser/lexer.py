@@ -119,7 +119,8 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int) -> int:
     """Append tokens until the end or until a unit is too long; where it stopped."""
     text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
-    lines, limit = False, len(types) + 2 * MAX_TOKENS
+    statements = columns.source.path.lower().endswith(".st")
+    lines, limit = statements, len(types) + 2 * MAX_TOKENS
     for match in _SCAN.finditer(text, start, end):
         kind = match.lastgroup
         if kind == "SPACE":
@@ -134,11 +135,11 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int) -> int:
             if to - at == 1 and word in _MODIFIERS and types and types[-1] in ("[", "("):
                 modifiers.append(len(types))
             elif kind in _BOUNDARIES:
-                lines, limit = kind in _WITH_LINES, len(types) + 2 * MAX_TOKENS
+                lines, limit = statements or kind in _WITH_LINES, len(types) + 2 * MAX_TOKENS
         elif kind == "OP":
             word = text[at:to]
             kind = _OPERATORS.get(word, word)
-            if kind == ";" and lines and types[-1] != ";":
+            if kind == ";" and lines and types[-1:] != [";"]:
                 limit = len(types) + 2 * MAX_TOKENS
         elif kind == "COMMENT":
             columns.comments.append((at, to))

@@ -10,9 +10,10 @@ import difflib
 import re
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast
+from ldc.parser import ast, statements
 from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
+from ldc.parser.structured import read_body
 from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
 
@@ -190,7 +191,10 @@ class Reader:
         sections: list[ast.VarBlock] = []
         while self._kind() in SECTIONS:
             sections.append(self._section())
-        body = self._text_body() if self.language else self._ladder(sections, kind, first)
+        if self.language == "ST":
+            body = self._statements(f"END_{kind}")
+        else:
+            body = self._text_body() if self.language else self._ladder(sections, kind, first)
         last = self._pou_end(f"END_{kind}", first)
         if head is not None:
             self.pous.append(ast.Pou(kind, head.name, head.title, head.result, tuple(sections), body,
@@ -220,6 +224,16 @@ class Reader:
         self._seek(_POU_STOPS)
         end = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
         return ast.TextBody(self.language, Span(self.tokens.source, start, end))
+
+    def _statements(self, end: str) -> statements.StatementBody:
+        first, start = self.at, self.tokens.ends[self.at - 1]
+        self._seek(_POU_STOPS)
+        stop = self.at
+        if self._kind() != end and stop > first and self.types[stop - 1] == "NAME":
+            if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
+                stop -= 1  # a misspelt END; _pou_end reports it
+        to = self.tokens.starts[stop] if stop < len(self.types) else len(self.tokens.source.text)
+        return read_body(self.units, first, stop, Span(self.tokens.source, start, to))
 
     def _ladder(self, sections: list[ast.VarBlock], kind: str, opening: int) -> ast.LadderBody:
         rungs: list[ast.Rung] = []

@@ -36,7 +36,7 @@ class Units:
 
     def parse(self, symbol: str, first: int, end: int, what: str) -> object | None:
         """The tokens ``first`` to ``end`` (exclusive) as ``symbol``; ``what`` names it in messages."""
-        value = self._attempt(symbol, first, end, what)
+        value = self.attempt(symbol, first, end, what)
         if isinstance(value, lr.Failure):
             syntax.explain(value, self.findings, first, end, what)
             value = None
@@ -52,7 +52,7 @@ class Units:
                 self.findings.pragma(self.types.index("{", at))
                 self.lost, at = True, stop
                 continue
-            value = self._attempt(symbol, at, stop, "declaration")
+            value = self.attempt(symbol, at, stop, "declaration")
             if isinstance(value, lr.Failure):
                 syntax.explain(value, self.findings, at, stop, "declaration")
                 index = value.index
@@ -76,7 +76,8 @@ class Units:
                 self._bad_token(index)
         return True
 
-    def _attempt(self, symbol: str, first: int, end: int, what: str) -> object | lr.Failure | None:
+    def attempt(self, symbol: str, first: int, end: int, what: str) -> object | lr.Failure | None:
+        """Like ``parse``, but what does not follow the grammar is not reported yet."""
         self.findings.enough(first)
         if self.bad(first, end) or (end - first > MAX_DEPTH and self._too_big(first, end, what)):
             return None

@@ -36,7 +36,7 @@ def expr_text(expr: ast.Expr) -> str:
         case ast.Binary():
             return _chain(expr)
         case ast.Call(name, arguments):
-            return f"{name}({', '.join(map(_argument, arguments))})"
+            return f"{name}({', '.join(map(argument_text, arguments))})"
     raise TypeError(f"no expression: {expr!r}")
 
 
@@ -81,7 +81,7 @@ def _reference(expr: ast.Expr) -> str:
         expr = base
 
 
-def _argument(argument: ast.Argument) -> str:
+def argument_text(argument: ast.Argument) -> str:
     if argument.name is None:
         return expr_text(argument.value)
     return f"{argument.name} {'=>' if argument.output else ':='} {expr_text(argument.value)}"

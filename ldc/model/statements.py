@@ -1,0 +1,256 @@
+"""Types of statements: the AST of an ST body becomes actions (IEC 61131-3, 2nd edition, 3.3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from ldc.diagnostics import Diagnostics
+from ldc.expr import Const, Expr, IndexStep, Place
+from ldc.model import actions, expressions, ladder_blocks, places
+from ldc.model import statement_findings as findings
+from ldc.model import type_findings
+from ldc.model.environment import Environment
+from ldc.model.ladder import not_a_condition
+from ldc.model.values import Untyped, coerce, settle
+from ldc.parser import ast
+from ldc.parser import statements as st
+from ldc.types import BOOL, Elementary, Enum, Instance, Type, storage
+
+_COUNTING = ("int", "uint")
+_CHOOSING = ("int", "uint", "bits")
+
+
+def body(env: Environment, nodes: Iterable[st.Statement], diagnostics: Diagnostics) -> tuple[actions.Action, ...]:
+    """The actions of statements. One that is wrong is told and left out."""
+    return _Typing(env, diagnostics).list(nodes)
+
+
+class _Typing:
+    """``counting``: the FOR heads around, with the places that they count with."""
+
+    def __init__(self, env: Environment, diagnostics: Diagnostics) -> None:
+        self.env, self.diagnostics = env, diagnostics
+        self.counting: list[tuple[Place, st.ForHead]] = []
+        self.written: set[str] = set()
+
+    def list(self, nodes: Iterable[st.Statement]) -> tuple[actions.Action, ...]:
+        made = []
+        for node in nodes:
+            action = _TYPING[type(node)](self, node)
+            if action is not None:
+                made.append(action)
+        return tuple(made)
+
+    # ---- simple statements
+
+    def assign(self, node: st.Assign) -> actions.Assign | None:
+        place = places.place(self.env, node.target, self.diagnostics, write=True)
+        if place is None:
+            expressions.value(self.env, node.value, None, self.diagnostics)
+            return None
+        self._wrote(place)
+        value = expressions.expression(self.env, node.value, place.type, self.diagnostics, f"`{node.target.span.text}`")
+        if value is None:
+            return None
+        return actions.Assign(place, value, node.span)
+
+    def invoke(self, node: st.Invoke) -> actions.Call | None:
+        """Pins are wired as those of a block in a ladder, but no power goes through it."""
+        callee = node.callee
+        name, instance = callee.name if type(callee) is ast.Name else "", None
+        if not name or self.env.variable(name.upper()) is not None and not self._is_function(name):
+            place = places.place(self.env, callee, self.diagnostics)
+            if place is None:
+                return None
+            if not isinstance(place.type, Instance):
+                type_findings.not_a_value(
+                    self.diagnostics, callee.span, f"`{callee.span.text}` cannot be called",
+                    f"this is {type_findings.described(place.type)}", "only function blocks and functions are called")
+                return None
+            name, instance = place.type.pou, callee
+        pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in node.arguments)
+        block = ladder_blocks.block(self.env, ast.Block(instance, name, pins, "_", "_", node.span), _no_net,
+                                    self.diagnostics)
+        if block is None:
+            return None
+        for pin in block.outputs:
+            self._wrote(pin.target)
+        return actions.Call(block, node.span)
+
+    def _is_function(self, name: str) -> bool:
+        """Whether the name is that of the FUNCTION itself, which is the variable of its result too."""
+        signature = self.env.signature(name.upper())
+        return signature is not None and signature.kind == "FUNCTION"
+
+    def leave(self, node: st.Leave) -> actions.Leave:
+        return actions.Leave(node.word, node.span)
+
+    def empty(self, node: st.Empty) -> None:
+        return None
+
+    # ---- choices
+
+    def condition(self, node: ast.Expr | None, what: str) -> Expr | None:
+        if node is None:
+            return None
+        found = expressions.value(self.env, node, BOOL, self.diagnostics)
+        if found is None:
+            return None
+        if type(found) is Untyped and found.value in (0, 1) and isinstance(found.value, int):
+            return Const(bool(found.value), BOOL, node.span)
+        typed = coerce(found, None, self.diagnostics, node.span)
+        if typed is None or storage(typed.type) == BOOL:
+            return typed
+        not_a_condition(self.diagnostics, node.span, what, typed.type)
+        return None
+
+    def if_(self, node: st.If) -> actions.If | None:
+        arms = []
+        for arm in node.arms:
+            condition = self.condition(arm.condition, "a condition")
+            inner = self.list(arm.body)
+            if condition is not None:
+                arms.append(actions.Arm(condition, inner))
+        otherwise = self.list(node.otherwise.body) if node.otherwise else ()
+        return actions.If(tuple(arms), otherwise, node.span) if arms else None
+
+    def case(self, node: st.Case) -> actions.Case | None:
+        selector = self._selector(node.selector)
+        choices, taken = [], []
+        for choice in node.choices:
+            labels = self._labels(choice, selector.type, taken) if selector is not None else ()
+            choices.append(actions.Choice(labels, self.list(choice.body)))
+        self._overlaps(taken)
+        otherwise = self.list(node.otherwise.body) if node.otherwise else ()
+        return actions.Case(selector, tuple(choices), otherwise, node.span) if selector is not None else None
+
+    def _selector(self, node: ast.Expr | None) -> Expr | None:
+        found = expressions.value(self.env, node, None, self.diagnostics) if node is not None else None
+        found = coerce(found, None, self.diagnostics, node.span) if found is not None else None
+        if found is None:
+            return None
+        base = storage(found.type)
+        if isinstance(found.type, Enum) or isinstance(base, Elementary) and base.kind in _CHOOSING:
+            return found
+        findings.bad_selector(self.diagnostics, node.span, found.type)
+        return None
+
+    def _labels(self, choice: st.Choice, type_: Type, taken: list) -> tuple[tuple[int, int], ...]:
+        made = []
+        for label in choice.labels:
+            low = self._label(label.low, type_)
+            high = low if label.high is None else self._label(label.high, type_)
+            if low is None or high is None:
+                continue
+            if low > high:
+                findings.bad_label(self.diagnostics, label.span, "this range is empty", f"{low} is above {high}",
+                                   "write the smaller value first")
+                continue
+            made.append((low, high))
+            taken.append((low, high, label.span))
+        return tuple(made)
+
+    def _label(self, node: ast.Expr, type_: Type) -> int | None:
+        found = expressions.expression(self.env, node, type_, self.diagnostics, "this label")
+        if found is None:
+            return None
+        number = expressions.constant(self.env, found)
+        if number is None:
+            findings.bad_label(self.diagnostics, node.span, "a label of CASE is constant",
+                               "known only when the program runs", "write a number, a constant or the name of a value")
+        return number
+
+    def _overlaps(self, taken: list) -> None:
+        taken = sorted(taken, key=lambda entry: (entry[0], entry[2].start))
+        for before, after in zip(taken, taken[1:]):
+            if after[0] <= before[1]:
+                first, second = sorted((before[2], after[2]), key=lambda span: span.start)
+                findings.label_twice(self.diagnostics, second, first)
+
+    # ---- loops
+
+    def for_(self, node: st.For) -> actions.For | None:
+        place = self._counter(node.head)
+        if place is None:
+            self.list(node.body)
+            return None
+        head, base = node.head, storage(place.type)
+        start = expressions.expression(self.env, head.start, base, self.diagnostics, "the start")
+        stop = expressions.expression(self.env, head.stop, base, self.diagnostics, "the end")
+        step, down = self._step(head, base)
+        outer, self.written = self.written, set()
+        taken = len(self.env.taken)
+        self.counting.append((place, head))
+        inner = self.list(node.body)
+        self.counting.pop()
+        self.written.update(target.root.upper() for target in self.env.taken[taken:])
+        variable = self.env.variable(place.root.upper())
+        free = (place.root.upper() not in self.written and not place.steps and not place.is_global
+                and variable is not None and variable[0].location is None)
+        self.written |= outer
+        if start is None or stop is None or step is None:
+            return None
+        return actions.For(place, start, stop, step, down, free, inner, node.span)
+
+    def _counter(self, head: st.ForHead | None) -> Place | None:
+        if head is None:
+            return None
+        place = places.place(self.env, head.variable, self.diagnostics, write=True)
+        if place is None:
+            return None
+        base = storage(place.type)
+        if not isinstance(base, Elementary) or base.kind not in _COUNTING or isinstance(place.type, Enum):
+            findings.bad_variable(self.diagnostics, head.variable.span, f"this is {type_findings.described(place.type)}",
+                                  "use a variable of an integer type")
+            return None
+        if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes) for s in place.steps):
+            findings.bad_variable(self.diagnostics, head.variable.span, "an element with a computed index",
+                                  "use a variable of its own")
+            return None
+        self._wrote(place)
+        return place
+
+    def _step(self, head: st.ForHead, base: Elementary) -> tuple[Expr | None, bool]:
+        """The step and whether it is subtracted: an unsigned variable may count down by a constant."""
+        if head.step is None:
+            return Const(1, base, head.span), False
+        found = expressions.value(self.env, head.step, base, self.diagnostics)
+        if found is None:
+            return None, False
+        down = type(found) is Untyped and base.kind == "uint" and isinstance(found.value, int) and found.value < 0
+        if down:
+            found = settle(Untyped(-found.value, found.span), base, self.diagnostics)
+        found = coerce(found, base, self.diagnostics, head.step.span, "the step") if found is not None else None
+        known = expressions.constant(self.env, found) if found is not None else None
+        if known == 0:
+            findings.zero_step(self.diagnostics, head.step.span)
+            return None, False
+        return (found if known is None else Const(known, base, head.step.span)), down
+
+    def _wrote(self, target: Place | int) -> None:
+        self.written.add(target.root.upper())
+        for place, head in self.counting:
+            if place.root.upper() == target.root.upper() and place.steps == target.steps:
+                findings.variable_written(self.diagnostics, target.span or head.span, head.variable.span.text,
+                                          head.variable.span)
+
+    def while_(self, node: st.While) -> actions.While | None:
+        condition = self.condition(node.condition, "a condition")
+        inner = self.list(node.body)
+        return None if condition is None else actions.While(condition, inner, node.span)
+
+    def repeat(self, node: st.Repeat) -> actions.Repeat | None:
+        inner = self.list(node.body)
+        condition = self.condition(node.condition, "a condition")
+        return None if condition is None else actions.Repeat(inner, condition, node.span)
+
+
+def _no_net(node: ast.Expr) -> int:
+    raise TypeError(f"{node!r} is no network: statements have none")
+
+
+_TYPING: dict[type, Callable] = {
+    st.Assign: _Typing.assign, st.Invoke: _Typing.invoke, st.If: _Typing.if_, st.Case: _Typing.case,
+    st.For: _Typing.for_, st.While: _Typing.while_, st.Repeat: _Typing.repeat, st.Leave: _Typing.leave,
+    st.Empty: _Typing.empty,
+}
