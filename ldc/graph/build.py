@@ -58,7 +58,7 @@ def build(rung: ast.Rung, key: str, scope: ElementScope, diagnostics: Diagnostic
     for use in reversed(junctions):
         if use.net != RAIL:
             names[use.net] = use.name
-    types = tuple(nets.types.get(net, BOOL) for net in range(len(names))) if nets.types else ()
+    types = tuple(nets.types.get(net, BOOL) for net in range(len(names))) if nets.valued else ()
     return RungGraph(key, rung.name, rung.title, tuple(elements), tuple(heads), tuple(tails),
                      tuple(names), rung.span, types, junctions)
 
@@ -155,7 +155,12 @@ class _Nets:
             self._powered = {self.number(tail) for _, _, tail in self._drawing.items} | {RAIL}
         return self.types[net] if net in self.types else BOOL if net in self._powered else None
 
+    @property
+    def valued(self) -> bool:
+        """Whether a net carries something else than power."""
+        return any(type_ != BOOL for type_ in self.types.values())
+
     def learn(self, block: Block) -> None:
         for pin in block.outputs:
-            if isinstance(pin.target, int) and pin.type != BOOL:
+            if isinstance(pin.target, int):
                 self.types.setdefault(pin.target, pin.type)

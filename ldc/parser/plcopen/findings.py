@@ -23,7 +23,10 @@ def too_large(diagnostics: Diagnostics, span: Span, limit: int, what: str) -> No
 
 
 def no_project(diagnostics: Diagnostics, span: Span, tag: str) -> None:
-    diagnostics.error("LD0143", f"this is no PLCopen project: it begins with <{tag}>", span, "not <project>",
+    what, label = f"begins with <{tag[:40]}>", "not <project>"
+    if tag == "project":
+        what, label = "holds no POU, type or variable", "nothing in it"
+    diagnostics.error("LD0143", f"this is no PLCopen project: it {what}", span, label,
                       help="export the program as PLCopen XML (TC6)")
 
 

@@ -17,7 +17,7 @@ _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN
 
 def var_blocks(parent: Node, diagnostics: Diagnostics) -> tuple[ast.VarBlock, ...]:
     """The sections of an interface, or the global variables of a configuration or resource."""
-    return tuple(var_block(node, diagnostics) for node in parent.all(*SECTIONS))
+    return tuple(var_block(node, diagnostics) for node in parent.all(*SECTIONS) if node.children)
 
 
 def var_block(node: Node, diagnostics: Diagnostics) -> ast.VarBlock:

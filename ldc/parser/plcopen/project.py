@@ -31,6 +31,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     pous = (_pou(node, diagnostics) for node in root.descendants("pou"))
     types, pous = tuple(t for t in types if t), tuple(p for p in pous if p)
     configurations, loose = _instances(root, diagnostics)
+    if not (types or pous or loose or configurations or diagnostics.has_errors):
+        findings.no_project(diagnostics, root.span, root.tag)
     lost = any(d.severity is Severity.ERROR and d.sort_key not in before for d in diagnostics)
     return ast.File(source, pous, types, loose, configurations, (), lost)
 

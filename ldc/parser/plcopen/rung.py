@@ -20,6 +20,7 @@ from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _STORAGE = {"set": "S", "reset": "R"}
+_STORES = ("outVariable", "inOutVariable")
 _NO_WIRE = "_"
 RAIL_NET = ""
 
@@ -53,7 +54,8 @@ class RungWriter:
         pins = {element.id: Pins(self, element) for element in self.group if element.kind == "block"}
         for element in self.group:
             for pin in element.inputs:
-                if not (element.kind == "block" and self.value_at(pin) is not None):
+                at_pin = element.kind in ("block", *_STORES) and self.value_at(pin) is not None
+                if not at_pin and not self.attached(element):
                     self.want(pin)
         for element in self.group:
             self.at = element.order
