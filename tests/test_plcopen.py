@@ -277,6 +277,17 @@ def test_a_body_in_instruction_list() -> None:
     assert run(project(pou(il, "a b c q : BOOL")), [{"a": 1, "c": 1}], "q") == ["1"]
 
 
+def test_a_body_in_structured_text() -> None:
+    st = ("<ST><xhtml xmlns='http://www.w3.org/1999/xhtml'>\nIF a &amp; i &lt;= 3 THEN\n  q := i &lt;&gt; 2;\n"
+          "END_IF;\n</xhtml></ST>")
+    assert run(project(pou(st, "a q : BOOL; i : INT")), [{"a": 1}, {"i": 2}, {"i": 4}], "q") == ["1", "0", "0"]
+    xml = project(pou(st.replace("q :=", "p :="), "a q : BOOL; i : INT"))
+    wrong = compiled(xml)
+    finding, = wrong.diagnostics
+    assert (finding.code, finding.primary.span.text) == ("LD0404", "p")
+    assert finding.primary.span.position[0] == xml[: xml.index("p :=")].count("\n") + 1
+
+
 def test_findings_point_into_the_xml() -> None:
     xml = ladder(BOOLS, rail(), contact(2, "a"), contact(3, "i > 5"), coil(4, "mortor", (2, 3)))
     found = compiled(xml)

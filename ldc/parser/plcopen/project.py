@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.parser import ast
+from ldc.parser.findings import TooMany
+from ldc.parser.lexer import lex
 from ldc.parser.plcopen import configuration, findings, interface, texts
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
+from ldc.parser.statements import StatementBody
+from ldc.parser.structured import read_body
+from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
@@ -75,17 +80,27 @@ def _pou(node: Node, diagnostics: Diagnostics) -> ast.Pou | None:
     return ast.Pou(kind, name, title, result, blocks, body, node.whole, node.attribute("name"))
 
 
+def _statements(text: Span, diagnostics: Diagnostics) -> StatementBody:
+    tokens = lex(text.source, text.start, text.end)
+    try:
+        return read_body(Units(tokens, diagnostics), 0, len(tokens.types), text)
+    except TooMany:
+        return StatementBody((), text)
+
+
 def _body(
     pou: Node, name: str, diagnostics: Diagnostics
-) -> tuple[ast.LadderBody | ast.TextBody, tuple[ast.VarDecl, ...]]:
+) -> tuple[ast.LadderBody | ast.TextBody | StatementBody, tuple[ast.VarDecl, ...]]:
     """The first body that says something, and variables that it needs beside those that are declared. A
     POU keeps its interface when its body cannot be read."""
     for holder in pou.all("body"):
         for node in holder.children:
             if node.tag in _GRAPHICAL:
                 return ladder(node, name, diagnostics)
-            if node.tag in ("ST", "IL"):
+            if node.tag == "IL":
                 return ast.TextBody(node.tag, node.body), ()
+            if node.tag == "ST":
+                return _statements(node.body, diagnostics), ()
             if node.tag == "SFC":
                 findings.unsupported(
                     diagnostics, node.span, f"the body of {name} is a sequential function chart",
