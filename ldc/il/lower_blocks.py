@@ -36,7 +36,7 @@ class BlockLowering:
 
     def instance(self, index: int, block: Block, sources: Sources, power: Value, needed: bool) -> Value:
         emit = self.emit
-        instance = emit.place(block.instance)
+        instance = self._steady(block)
         if block.power_in is not None:
             sources = [(block.power_in, BOOL, power), *sources]
         if any(_reads(value, instance.root) for _, _, value in sources[1:]):
@@ -45,13 +45,32 @@ class BlockLowering:
             emit.value(value)
             emit.store(_member(instance, name, type_))
         emit.put("CAL", instance, instance.type)
-        for pin in block.outputs:
+        for output in block.outputs:
+            pin = self._indexed(output)
             emit.value(Load(_member(instance, pin.pin, pin.type)))
             self._deliver(index, pin)
         if block.power_out is None or not needed:
             return TRUE
         emit.value(Load(_member(instance, block.power_out, BOOL)))
         return emit.hold()
+
+    def _steady(self, block: Block) -> Place:
+        """The instance, its indexes computed once: the call and its outputs may change their variables."""
+        instance = self.emit.place(block.instance)
+        changed = {p.target.root.upper() for p in block.outputs if isinstance(p.target, Place)}
+        changed.add(instance.root.upper())
+
+        def steady(index: Const | Load) -> Const | Load:
+            if isinstance(index, Const) or not (index.place.is_global or index.place.root.upper() in changed):
+                return index
+            self.emit.value(index)
+            spill = self.emit.temp(index.type)
+            self.emit.store(spill)
+            return Load(spill)
+
+        steps = tuple(replace(s, indexes=tuple(map(steady, s.indexes))) if isinstance(s, IndexStep) else s
+                      for s in instance.steps)
+        return instance if steps == instance.steps else replace(instance, steps=steps)
 
     def _spilled(self, value: Value) -> Held:
         held = self.emit.held(value)
@@ -100,7 +119,8 @@ class BlockLowering:
         return self._after(index, block, block_outputs, net_temps, eno)
 
     def _indexed(self, pin: PinOut) -> PinOut:
-        """The pin with the index of its target computed, before anything is skipped."""
+        """The pin with the index of its target computed: before anything is skipped, and before its value is
+        in the accumulator."""
         return pin if isinstance(pin.target, int) else replace(pin, target=self.emit.place(pin.target))
 
     def _guard(self, power: Value, args: tuple[Value, ...], skip: str, checked: bool) -> tuple[Place, tuple[Value, ...]]:

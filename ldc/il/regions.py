@@ -57,13 +57,14 @@ class Regions:
 
     def rungs(self, span: Callable[[int, int], Span]) -> tuple[RungCode, ...]:
         """The rungs. A label at the start of one is the rung's own; when jumps lead into the middle of
-        another rung, all are one."""
+        another rung, all are one. A body without code has no rung."""
         starts = [r.start for r in self._regions]
         pieces = [self._code[a:b] for a, b in zip(starts, [*starts[1:], len(self._code)])]
         regions = self._regions
         if _entered(pieces):
             regions, pieces = [Region(0, "body", None, False)], [self._code]
-        return tuple(_rung(region, piece, span) for region, piece in zip(regions, pieces))
+        return tuple(_rung(region, piece, span) for region, piece in zip(regions, pieces)
+                     if piece or region.marked)
 
 
 def _entered(pieces: Iterable[list[Instr]]) -> bool:

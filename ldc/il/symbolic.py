@@ -11,6 +11,8 @@ and, since hidden memories are operands too, for every number of scans (ADR 0004
 from __future__ import annotations
 
 import random
+from dataclasses import dataclass, replace
+
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
 from ldc.library import functions
@@ -96,6 +98,13 @@ class Key:
     def __init__(self, root: tuple, steps: tuple) -> None:
         self.root = root
         self.steps = steps
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """An index with the value that it had when it was taken (``Memory.taken``)."""
+
+    value: Value
 
 
 class Memory:
@@ -235,17 +244,55 @@ class Memory:
                 return name.upper()
             case BitStep(bit):
                 return ("bit", bit)
-        return ("ix", *(i.value if isinstance(i, Const) else self.value(i) for i in step.indexes))
+        return ("ix", *(i.value if isinstance(i, Const | Taken) else self.value(i) for i in step.indexes))
 
-    def read(self, place: Place) -> Value:
+    def taken(self, place: Place) -> Place:
+        """The place with its indexes as they are now, whatever happens to their variables."""
+        def now(index: Expr) -> Const | Taken:
+            return index if isinstance(index, Const) else Taken(self.value(index))
+
+        steps = tuple(replace(s, indexes=tuple(map(now, s.indexes))) if isinstance(s, IndexStep) else s
+                      for s in place.steps)
+        return place if steps == place.steps else replace(place, steps=steps)
+
+    def ways(self, place: Place, when: int = ALL) -> list[tuple[Key, int]]:
+        """Where the place lies: an index that depends on the assignment (it was computed where power came)
+        leads to several keys, each with its part of the assignments ``when``."""
         key = self.key(place)
+        if not key.steps or not any(map(_varies, key.steps)):
+            return [(key, ALL)]
+        found: list[tuple[tuple, int]] = [((), when or ALL)]
+        for step in key.steps:
+            choices = self._choices(step) if _varies(step) else [(step, ALL)]
+            found = [((*way, one), lanes & holds)
+                     for way, lanes in found for one, holds in choices if lanes & holds]
+        return [(self.operands.key(key.root, way), lanes) for way, lanes in found]
+
+    def _choices(self, step: tuple) -> list[tuple[tuple, int]]:
+        """The steps ``("ix", ...)`` with one value for each index."""
+        found: list[tuple[tuple, int]] = [(("ix",), ALL)]
+        for index in step[1:]:
+            cases = self.cases(index) if isinstance(index, tuple) else ((index, ALL),)
+            found = [((*one, term), lanes & holds)
+                     for one, lanes in found for term, holds in cases if lanes & holds]
+        return found
+
+    def read(self, place: Place, when: int = ALL) -> Value:
+        """The value of a place; on the assignments outside of ``when`` it may be any."""
+        (key, _), *others = self.ways(place, when)
+        value = self._read_key(key, place.type)
+        for other, lanes in others:
+            value = self.choose(lanes, self._read_key(other, place.type), value)
+        return value
+
+    def _read_key(self, key: Key, type_: Type) -> Value:
         current = self._current.get(key.root)
         if current is None:
             current = self._current[key.root] = {}
         value = current.get(key)
         if value is None:
-            value = self._read(key, len(self.logs.get(key.root, ())), place.type)
-            if place.type is BOOL or place.type == BOOL:
+            value = self._read(key, len(self.logs.get(key.root, ())), type_)
+            if type_ is BOOL or type_ == BOOL:
                 value = self.boolean(value)
             current[key] = value
         return value
@@ -280,12 +327,15 @@ class Memory:
     def write(self, place: Place, value: Value, when: int) -> None:
         if when == 0:
             return
-        key = self.key(place)
+        for key, lanes in self.ways(place, when):
+            self._write(key, value, when & lanes, place.type)
+
+    def _write(self, key: Key, value: Value, when: int, type_: Type) -> None:
         self._current[key.root] = {key: value} if when == ALL else {}
         log = self.logs.setdefault(key.root, [])
         if when == ALL and log and all(entry[0] == key.steps for entry in log):
             log.clear()
-        log.append((key.steps, value, when, place.type))
+        log.append((key.steps, value, when, type_))
 
     def state(self, root: tuple) -> tuple:
         """What was written to a variable, path by path."""
@@ -298,12 +348,14 @@ class Memory:
 
     def call(self, instance: Place, sees_globals: bool, when: int) -> None:
         """A block runs: it sees its pins (and the globals), and may change its variables (and those)."""
-        root = self.key(instance).root
+        ways = self.ways(instance, when)
+        root = ways[0][0].root
         seen = [(root, self.state(root))]
         if sees_globals:
             others = sorted((r for r in self.logs if r != root and _shared(r)), key=repr)
             seen += [(r, self.state(r)) for r in others]
-        self.events.append(("call", str(instance).upper(), when, tuple(seen)))
+        called = tuple((key.steps, when & lanes) for key, lanes in ways)
+        self.events.append(("call", root, called, when, tuple(seen)))
         self._forget(root)
         if sees_globals:
             self.epochs["globals"] = len(self.events)
@@ -320,6 +372,11 @@ class Memory:
 def _shared(root: tuple) -> bool:
     """Whether other POUs can reach the variable: globals and the process image."""
     return root[0] is True or root[0] == "%"
+
+
+def _varies(step: object) -> bool:
+    """Whether the step is an index with several cases."""
+    return step[0] == "ix" and any(isinstance(index, tuple) for index in step[1:])
 
 
 def _canonical(merged: dict[Term, int]) -> Value:

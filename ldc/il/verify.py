@@ -126,10 +126,11 @@ class GraphDomain:
         self.memory.write(Place(name, type_), value, ALL)
 
     def call_block(self, index: int, block: Block, inputs: Mapping[str, Value]) -> Mapping[str, Value]:
+        instance = self.memory.taken(block.instance)
         for pin, value in inputs.items():
-            self.memory.write(_pin(block, pin), value, ALL)
-        self.memory.call(block.instance, not block.signature.standard, ALL)
-        return _Outputs(lambda pin: self.memory.read(_pin(block, pin)))
+            self.memory.write(_pin(instance, block, pin), value, ALL)
+        self.memory.call(instance, not block.signature.standard, ALL)
+        return _Outputs(lambda pin: self.memory.read(_pin(instance, block, pin)))
 
     def call_function(self, index: int, block: Block, enable: int,
                       inputs: Mapping[str, Value]) -> tuple[int, Mapping[str, Value]]:
@@ -156,8 +157,8 @@ class GraphDomain:
         self.jumps.append((index, label, when))
 
 
-def _pin(block: Block, name: str) -> Place:
-    instance, parameter = block.instance, block.signature.pin(name)
+def _pin(instance: Place, block: Block, name: str) -> Place:
+    parameter = block.signature.pin(name)
     return Place(instance.root, parameter.type, (*instance.steps, FieldStep(name)), instance.is_global)
 
 
@@ -173,7 +174,7 @@ def execute(code: tuple[Instr, ...], memory: Memory) -> list[tuple[int, str | No
     active, acc, acc_type = ALL, 0, BOOL
 
     def load(operand: Const | Place) -> Value:
-        return memory.value(operand) if isinstance(operand, Const) else memory.read(operand)
+        return memory.value(operand) if isinstance(operand, Const) else memory.read(operand, active)
 
     for n, instr in enumerate(code):
         op, operand = instr.op, instr.operand
@@ -257,7 +258,7 @@ def _difference(a: tuple[Memory, dict], b: tuple[Memory, dict], ignored: set[tup
         return "the jump that is taken", _jump_lanes(left_jumps, right_jumps)
     for one, other in zip(left.events, right.events):
         if one != other:
-            return f"the call of {one[1]}", ALL
+            return f"the call of {_name(one[1], one[2][0][0])}", ALL
     if len(left.events) != len(right.events):
         return "the number of calls", ALL
     for root in dict.fromkeys((*left.logs, *right.logs)):
@@ -280,7 +281,15 @@ def _jump_lanes(a: dict, b: dict) -> int:
 
 
 def _name(root: tuple, steps: tuple) -> str:
-    return ".".join([str(root[1]), *(s if isinstance(s, str) else str(s) for s in steps)])
+    return "".join([str(root[1]), *map(_step_text, steps)])
+
+
+def _step_text(step: object) -> str:
+    if isinstance(step, str):
+        return f".{step}"
+    if step[0] == "ix":
+        return f"[{', '.join(_describe(i) if isinstance(i, Term) else str(i) for i in step[1:])}]"
+    return f".{step[1]}" if step[0] == "bit" else f"%{step[1] // 8}.{step[1] % 8}"
 
 
 def _example(operands: Operands, lanes: int) -> tuple[tuple[str, object], ...]:
