@@ -288,6 +288,41 @@ def test_a_body_in_structured_text() -> None:
     assert finding.primary.span.position[0] == xml[: xml.index("p :=")].count("\n") + 1
 
 
+STATEMENTS = ('<block localId="3" typeName="EXECUTE"><inputVariables><variable formalParameter="EN">' + wires(2)
+              + '</variable></inputVariables><outputVariables><variable formalParameter="Out1"/></outputVariables>'
+              '<addData><data name="x/stcode"><STCode>i := i + 1; IF i &gt; 2 THEN w := b; END_IF;</STCode></data>'
+              "</addData></block>")
+
+
+def test_statements_in_a_block_run_under_power() -> None:
+    xml = ladder(VALUES, rail(), contact(2, "a"), STATEMENTS, coil(4, "q", "3.Out1"))
+    rows = run(xml, [{"b": 1}, {"a": 1}, {}, {}, {"a": 0, "b": 0}], "i w q")
+    assert rows == ["0 0 0", "1 0 1", "2 0 1", "3 1 1", "3 1 0"]
+
+
+def test_a_function_block_with_en_is_called_under_power_only() -> None:
+    counter = block(3, "CTU", {"EN": 2, "CU": 4, "PV": 5}, ("ENO", "Q", "CV"), "n")
+    xml = ladder(VALUES, rail(), contact(2, "a"), counter, contact(4, "b"), value(5, "3"), result(6, "i", "3.CV"),
+                 coil(7, "q", "3.ENO"))
+    rows = run(xml, [{"b": 1}, {"b": 0, "a": 1}, {"b": 1}, {"a": 0, "b": 0}, {"b": 1}], "i n.CV q")
+    assert rows == ["0 0 0", "0 0 1", "1 1 1", "1 1 0", "1 1 0"]
+
+
+def test_en_at_the_rail_and_eno_without_en_are_always_on() -> None:
+    counter = block(3, "CTU", {"EN": 1, "CU": 4, "PV": 5}, ("ENO", "Q", "CV"), "n")
+    xml = ladder(VALUES, rail(), counter, contact(4, "b"), value(5, "3"), coil(7, "q", "3.ENO"))
+    assert run(xml, [{}, {"b": 1}], "n.CV q") == ["0 1", "1 1"]
+
+
+def test_a_function_block_of_the_project_keeps_its_own_en() -> None:
+    inside = ladder("", rail(), contact(2, "EN"), coil(3, "done", 2)).partition("<body>")[2].partition("</body>")[0]
+    pins = ('<inputVars><variable name="EN"><type><BOOL/></type></variable></inputVars>'
+            '<outputVars><variable name="done"><type><BOOL/></type></variable></outputVars>')
+    own = pou(inside, "", name="own", kind="functionBlock", sections=pins)
+    body = f"<LD>{rail()}{contact(2, 'a')}{block(3, 'own', {'EN': 2}, ('on',), 'o')}{coil(4, "q", "3.done")}</LD>"
+    assert run(project(own, pou(body, "a q : BOOL; o : own")), [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
+
+
 def test_findings_point_into_the_xml() -> None:
     xml = ladder(BOOLS, rail(), contact(2, "a"), contact(3, "i > 5"), coil(4, "mortor", (2, 3)))
     found = compiled(xml)

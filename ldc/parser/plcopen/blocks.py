@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
+from ldc.parser.plcopen.structured import statements
 from ldc.types import BOOL
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ class Pins:
         self.type = element.node.get("typeName").strip()
         self.is_function = not element.node.get("instanceName").strip()
         self.signature = None if self.is_function else blocks.signature(self.type.upper())
+        self.executes = next(element.node.descendants("STCode"), None)
         self.pins: list[ast.Pin] = []
         self.reads: list[str] = []
         self.writes: list[str] = []
@@ -40,8 +43,13 @@ class Pins:
         if not self._known():
             writer.failed = True
             return
-        if not self.is_function:
+        if self.executes is not None:
+            instance = self._execute(self.executes)
+        elif not self.is_function:
             instance = writer.expression(self.node.attribute("instanceName"), self.element)
+            if writer.drawing.is_guarded(self.element) and isinstance(instance, ast.Name):
+                self.type = writer.drawing.more.guard(instance.name, self.type, span)
+                self.signature = None
         for pin in self.element.inputs:
             self._input(pin)
         after = [step for pin in self.element.outputs for step in self._output(pin)]
@@ -51,16 +59,17 @@ class Pins:
         for function, source, target, reads, writes in after:
             writer.function(function, source, target, span, reads, writes)
 
+    def _execute(self, code: Node) -> ast.Name:
+        """A block that holds statements becomes an instance of a function block of its own."""
+        writer, span = self.writer, self.node.span
+        self.is_function, instance = False, texts.label(f"execute_{self.element.id}", "execute")
+        self.type = f"{writer.drawing.where}_{instance}"
+        body = statements(code.body, writer.diagnostics)
+        self.pins += writer.drawing.more.execute(self.type, instance, body, span)
+        return ast.Name(instance, span)
+
     def _known(self) -> bool:
         """Whether the block has a type that can be written at all."""
-        if self.type and self.type.replace("_", "a").isalnum() and self.node.find("addData") is None:
-            return True
-        if next(self.node.descendants("STCode"), None) is not None:
-            findings.unsupported(
-                self.writer.diagnostics, self.node.span,
-                f"{self.writer.drawing.where}: {self.element.describe()} holds Structured Text",
-                "a block with statements of its own", "move its statements into a function block")
-            return False
         return texts.name(self.node, self.writer.diagnostics, "typeName") is not None
 
     def _usual(self, chosen: str | None, side: str) -> str | None:
@@ -78,6 +87,8 @@ class Pins:
     # ---- inputs
 
     def _input(self, pin: Input) -> None:
+        if pin.name.upper() == "EN" and self._superfluous(pin):
+            return
         name = pin.name or None
         span = pin.node.span
         value = self._value(pin)
@@ -95,6 +106,12 @@ class Pins:
             value = texts.negated(value)
         if value is not None:
             self.pins.append(ast.Pin(name, value, False, span))
+
+    def _superfluous(self, pin: Input) -> bool:
+        """Whether this is EN of a function block that has none, and always on."""
+        more = self.writer.drawing.more
+        made = self.type.upper() in more.pous
+        return not (self.is_function or made or pin.cut or more.has_pin(self.type, "EN"))
 
     def _value(self, pin: Input) -> ast.Expr | ast.Branches | None:
         """The expression that an input takes, if it takes one; an edge of a variable as a contact."""
@@ -119,7 +136,7 @@ class Pins:
             return False
         if self.is_function:
             return pin.name.upper() == "EN"
-        return bool(pin.name) and pin.name.upper() != "EN" and all(map(self._is_power, pin.sources))
+        return bool(pin.name) and all(map(self._is_power, pin.sources))
 
     def _wired(self, pin: Input) -> None:
         writer, span = self.writer, pin.node.span
@@ -187,8 +204,10 @@ class Pins:
         return after
 
     def _result(self, name: str) -> str:
-        """The result of a function is OUT, whatever an editor calls it."""
+        """The result of a function is OUT and the output of statements is ENO, whatever an editor calls it."""
         key = name.upper()
+        if self.executes is not None:
+            return "ENO"
         if self.is_function and key != "ENO" and (
                 key in ("", self.type.upper()) or functions.lookup(self.type.upper()) is not None):
             return "OUT"

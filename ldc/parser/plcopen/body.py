@@ -7,17 +7,16 @@ from ldc.parser import ast
 from ldc.parser.plcopen import findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Drawing, Element
+from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.rung import RungWriter
 
 _VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 
 
-def ladder(
-    body: Node, where: str, diagnostics: Diagnostics
-) -> tuple[ast.LadderBody, tuple[ast.VarDecl, ...]]:
-    """What is drawn, as rungs, and the variables that they need beside those declared. A rung is what hangs
+def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> ast.LadderBody:
+    """What is drawn, as rungs; ``more`` takes what they need beside what is declared. A rung is what hangs
     together without the rails; rungs follow each other by their first elements."""
-    drawing = Drawing(body, where, diagnostics)
+    drawing = Drawing(body, where, more, diagnostics)
     _drop_loose(drawing, diagnostics)
     groups = _together(drawing)
     names, other = _labels(drawing, groups)
@@ -27,7 +26,7 @@ def ladder(
         rung = RungWriter(drawing, group, other, diagnostics).rung(names.get(index), titles.get(index))
         if rung is not None:
             rungs.append(rung)
-    return ast.LadderBody(tuple(rungs), body.whole), tuple(drawing.made)
+    return ast.LadderBody(tuple(rungs), body.whole)
 
 
 def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:

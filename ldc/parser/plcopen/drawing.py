@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
+from ldc.parser.plcopen.guarded import Additions
 from ldc.source import Span
 
 Output = tuple[str, str]
@@ -73,16 +73,14 @@ class Element:
 
 
 class Drawing:
-    """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``made``
-    are variables that its rungs need beside those that are declared; ``broken``: a part could not be read, so
+    """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``broken``: a part could not be read, so
     that others seem to be loose."""
 
-    def __init__(self, body: Node, where: str, diagnostics: Diagnostics) -> None:
-        self.body, self.where, self.diagnostics = body, where, diagnostics
+    def __init__(self, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
+        self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
         self.elements: dict[str, Element] = {}
         self.notes: list[Node] = []
         self.labels: list[Node] = []
-        self.made: list[ast.VarDecl] = []
         self.broken = False
         for index, node in enumerate(body.children):
             if node.tag in ("comment", "vendorElement"):
@@ -153,10 +151,29 @@ class Drawing:
                 pin.cut = True
             elif source.kind == "leftPowerRail":
                 yield RAIL
+            elif source.kind == "block" and self._always(source, wire.get("formalParameter")):
+                yield RAIL
             elif source.kind == "block":
                 yield id_, output_of(source, wire.get("formalParameter").strip())
             else:
                 yield id_, ""
+
+    def _always(self, block: Element, output: str) -> bool:
+        """Whether this is ENO of a function block that is called in any case."""
+        if output.strip().upper() != "ENO" or not block.node.get("instanceName").strip():
+            return False
+        return not self.more.has_pin(block.node.get("typeName"), "ENO") and not self.is_guarded(block)
+
+    def is_guarded(self, block: Element) -> bool:
+        """Whether a function block that has no pin EN is drawn with a wire to EN."""
+        type_ = block.node.get("typeName").strip()
+        if not block.node.get("instanceName").strip() or self.more.has_pin(type_, "EN"):
+            return False
+        enable = next((pin for pin in block.inputs if pin.name.upper() == "EN"), None)
+        point = enable.node.find("connectionPointIn") if enable is not None else None
+        wires = [wire.get("refLocalId").strip() for wire in point.all("connection")] if point is not None else []
+        sources = [self.elements.get(id_) for id_ in wires]
+        return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
     def _follow(self, named: dict[str, Element]) -> None:
         """Replace continuations by what their connector is wired to, VAR_IN_OUT pins by what feeds them."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.parser import ast
-from ldc.parser.findings import TooMany
-from ldc.parser.lexer import lex
 from ldc.parser.plcopen import configuration, findings, interface, texts
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
+from ldc.parser.plcopen.guarded import Additions, pins_of, retype
+from ldc.parser.plcopen.structured import statements
 from ldc.parser.statements import StatementBody
-from ldc.parser.structured import read_body
-from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
@@ -33,8 +33,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         return ast.File(source, (), (), (), (), (), True)
     before = {d.sort_key for d in diagnostics}
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
-    pous = (_pou(node, diagnostics) for node in root.descendants("pou"))
-    types, pous = tuple(t for t in types if t), tuple(p for p in pous if p)
+    types, pous = tuple(t for t in types if t), _pous(root, diagnostics)
     configurations, loose = _instances(root, diagnostics)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
@@ -60,7 +59,18 @@ def _instances(
     return tuple(found), tuple(interface.var_block(node, diagnostics) for node in loose)
 
 
-def _pou(node: Node, diagnostics: Diagnostics) -> ast.Pou | None:
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """A POU without its body."""
+
+    node: Node
+    kind: str
+    name: str
+    result: ast.TypeExpr | None
+    sections: tuple[ast.VarBlock, ...]
+
+
+def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
     name = texts.name(node, diagnostics)
     kind = _KINDS.get(node.get("pouType"))
     if kind is None:
@@ -68,42 +78,48 @@ def _pou(node: Node, diagnostics: Diagnostics) -> ast.Pou | None:
                            "pouType is program, functionBlock or function")
     if name is None or kind is None:
         return None
-    declared, result, blocks = node.find("interface"), None, ()
+    declared, result, sections = node.find("interface"), None, ()
     if declared is not None:
-        blocks = interface.var_blocks(declared, diagnostics)
+        sections = interface.var_blocks(declared, diagnostics)
         if kind == "FUNCTION":
             result = interface.type_of(declared.find("returnType"), node, diagnostics)
-    title = texts.prose(node.find("documentation")) or None
-    body, made = _body(node, name, diagnostics)
-    if made:
-        blocks = (*blocks, ast.VarBlock("VAR", (), made, node.span))
-    return ast.Pou(kind, name, title, result, blocks, body, node.whole, node.attribute("name"))
+    return _Head(node, kind, name, result, sections)
 
 
-def _statements(text: Span, diagnostics: Diagnostics) -> StatementBody:
-    tokens = lex(text.source, text.start, text.end)
-    try:
-        return read_body(Units(tokens, diagnostics), 0, len(tokens.types), text)
-    except TooMany:
-        return StatementBody((), text)
+def _pous(root: Node, diagnostics: Diagnostics) -> tuple[ast.Pou, ...]:
+    """All POUs, and behind them the function blocks that their drawings need."""
+    heads = [h for node in root.descendants("pou") if (h := _head(node, diagnostics)) is not None]
+    interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
+    made: dict[str, ast.Pou] = {}
+    pous = []
+    for head in heads:
+        local = {v.name.upper(): v for section in head.sections for v in section.variables}
+        more = Additions(interfaces, local, pous=made)
+        body = _body(head.node, head.name, more, diagnostics)
+        sections = retype(head.sections, more.retyped)
+        if more.variables:
+            sections = (*sections, ast.VarBlock("VAR", (), tuple(more.variables), head.node.span))
+        title = texts.prose(head.node.find("documentation")) or None
+        pous.append(ast.Pou(head.kind, head.name, title, head.result, sections, body, head.node.whole,
+                            head.node.attribute("name")))
+    return (*pous, *made.values())
 
 
 def _body(
-    pou: Node, name: str, diagnostics: Diagnostics
-) -> tuple[ast.LadderBody | ast.TextBody | StatementBody, tuple[ast.VarDecl, ...]]:
-    """The first body that says something, and variables that it needs beside those that are declared. A
-    POU keeps its interface when its body cannot be read."""
+    pou: Node, name: str, more: Additions, diagnostics: Diagnostics
+) -> ast.LadderBody | ast.TextBody | StatementBody:
+    """The first body that says something. A POU keeps its interface when its body cannot be read."""
     for holder in pou.all("body"):
         for node in holder.children:
             if node.tag in _GRAPHICAL:
-                return ladder(node, name, diagnostics)
+                return ladder(node, name, more, diagnostics)
             if node.tag == "IL":
-                return ast.TextBody(node.tag, node.body), ()
+                return ast.TextBody(node.tag, node.body)
             if node.tag == "ST":
-                return _statements(node.body, diagnostics), ()
+                return statements(node.body, diagnostics)
             if node.tag == "SFC":
                 findings.unsupported(
                     diagnostics, node.span, f"the body of {name} is a sequential function chart",
                     "an SFC", "ldc reads LD, FBD, ST and IL: write the sequence as one of them")
     at = pou.find("body") or pou
-    return ast.LadderBody((), Span(at.span.source, at.stop, at.stop)), ()
+    return ast.LadderBody((), Span(at.span.source, at.stop, at.stop))

@@ -255,7 +255,7 @@ class RungWriter:
         """A net with the edge of another: a block whose instance is added to the POU."""
         span, new = pin.node.span, self.fresh()
         name = texts.label(f"edge_{element.id}_{pin.name}", "edge")
-        self.drawing.made.append(ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span))
+        self.drawing.more.variables.append(ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span))
         source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)
         pins = (ast.Pin("CLK", source, False, span), ast.Pin("Q", ast.Junction(new, span), True, span))
         block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)

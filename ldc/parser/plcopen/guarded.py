@@ -1,0 +1,136 @@
+"""Blocks that are called only with power at EN: a function block around what is called.
+
+A function block has no EN of its own. One that is drawn with EN becomes an instance of `TYPE_EN`, which
+calls the block inside of it when EN is TRUE; statements that are drawn as a block become a function block
+too, which gets the variables that they use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+
+from ldc.library import blocks
+from ldc.parser import ast
+from ldc.parser import statements as st
+from ldc.source import Span
+
+_PINS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
+Pins = dict[str, tuple[ast.VarDecl, ...]]
+
+
+@dataclass(slots=True)
+class Additions:
+    """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
+    the project, by name in capitals; ``local``: variables of the POU; ``retyped``: other types for these."""
+
+    interfaces: Mapping[str, Pins] = field(default_factory=dict)
+    local: Mapping[str, ast.VarDecl] = field(default_factory=dict)
+    variables: list[ast.VarDecl] = field(default_factory=list)
+    retyped: dict[str, str] = field(default_factory=dict)
+    pous: dict[str, ast.Pou] = field(default_factory=dict)
+
+    def has_pin(self, type_: str, pin: str) -> bool:
+        """Whether a function block of the project declares a pin of this name."""
+        pins = self.interfaces.get(type_.upper(), {})
+        return any(v.name.upper() == pin for group in pins.values() for v in group)
+
+    def guard(self, instance: str, type_: str, span: Span) -> str:
+        """The type that an instance takes to be called under EN; its own when that is not possible."""
+        pins = self.interfaces.get(type_.upper()) or _library_pins(type_, span)
+        if pins is None or instance.upper() not in self.local:
+            return type_
+        name = f"{type_}_EN"
+        self.retyped[instance.upper()] = name
+        self.pous.setdefault(name.upper(), _around(name, type_, pins, span))
+        return name
+
+    def execute(self, name: str, instance: str, body: st.StatementBody, span: Span) -> list[ast.Pin]:
+        """A function block of statements and an instance of it; the pins that give it its variables."""
+        written = {n.upper() for n in _written(body.statements)}
+        used = {n.name.upper(): n for n in _nodes(body.statements, ast.Name) if n.name.upper() in self.local}
+        found = {key: replace(self.local[key], location=None, initial=None) for key in used}
+        pins: Pins = {"VAR_INPUT": tuple(v for key, v in found.items() if key not in written),
+                      "VAR_IN_OUT": tuple(v for key, v in found.items() if key in written), "VAR_OUTPUT": ()}
+        self.pous[name.upper()] = _function_block(name, pins, (), body.statements, span)
+        self.variables.append(_declare(instance, name, span))
+        return [ast.Pin(v.name, ast.Name(v.name, span), False, span) for v in found.values()]
+
+
+def pins_of(sections: tuple[ast.VarBlock, ...]) -> Pins:
+    """The pins in an interface."""
+    return {kind: tuple(replace(v, location=None) for block in sections if block.kind == kind
+                        for v in block.variables) for kind in _PINS}
+
+
+def retype(sections: tuple[ast.VarBlock, ...], types: Mapping[str, str]) -> tuple[ast.VarBlock, ...]:
+    """The sections with other types for some variables."""
+    def changed(variable: ast.VarDecl) -> ast.VarDecl:
+        name = types.get(variable.name.upper())
+        if name is None:
+            return variable
+        return replace(variable, type=ast.NamedType(name, None, variable.type.span))
+
+    return tuple(replace(s, variables=tuple(map(changed, s.variables))) for s in sections) if types else sections
+
+
+def _library_pins(type_: str, span: Span) -> Pins | None:
+    signature = blocks.signature(type_)
+    if signature is None:
+        return None
+    groups = {"VAR_INPUT": signature.inputs, "VAR_OUTPUT": signature.outputs, "VAR_IN_OUT": signature.in_outs}
+    return {kind: tuple(_declare(p.name, p.type.name, span) for p in group) for kind, group in groups.items()}
+
+
+def _declare(name: str, type_: str, span: Span) -> ast.VarDecl:
+    return ast.VarDecl(name, None, ast.NamedType(type_, None, span), None, span, span)
+
+
+def _around(name: str, type_: str, pins: Pins, span: Span) -> ast.Pou:
+    inner = f"{type_}_called"
+    given = (*pins["VAR_INPUT"], *pins["VAR_IN_OUT"])
+    arguments = tuple(ast.Argument(v.name, ast.Name(v.name, span), False, span) for v in given)
+    called = ast.Name(inner, span)
+    results = tuple(st.Assign(ast.Name(v.name, span), ast.Member(called, v.name, span), span)
+                    for v in pins["VAR_OUTPUT"])
+    return _function_block(name, pins, (_declare(inner, type_, span),),
+                           (st.Invoke(called, arguments, span), *results), span)
+
+
+def _function_block(
+    name: str, pins: Pins, local: tuple[ast.VarDecl, ...], body: tuple[st.Statement, ...], span: Span
+) -> ast.Pou:
+    """ENO := EN; IF EN THEN body END_IF;"""
+    enable, enabled = ast.Name("EN", span), ast.Name("ENO", span)
+    sections = {"VAR_INPUT": (_declare("EN", "BOOL", span), *pins["VAR_INPUT"]),
+                "VAR_OUTPUT": (_declare("ENO", "BOOL", span), *pins["VAR_OUTPUT"]),
+                "VAR_IN_OUT": pins["VAR_IN_OUT"], "VAR": local}
+    written = tuple(ast.VarBlock(kind, (), found, span) for kind, found in sections.items() if found)
+    guarded = st.If((st.Arm(enable, body, span),), None, span)
+    statements = st.StatementBody((st.Assign(enabled, enable, span), guarded), span)
+    return ast.Pou("FUNCTION_BLOCK", name, None, None, written, statements, span, span)
+
+
+def _nodes(tree: object, kind: type) -> Iterator:
+    """All nodes of a kind in statements, in order."""
+    work = [tree]
+    while work:
+        node = work.pop()
+        if isinstance(node, kind):
+            yield node
+        if isinstance(node, tuple):
+            work += reversed(node)
+        elif is_dataclass(node) and not isinstance(node, Span):
+            work += [getattr(node, f.name) for f in reversed(fields(node))]
+
+
+def _written(tree: object) -> Iterator[str]:
+    """The variables that statements may change: assigned, counted by FOR, fed by an output, or called."""
+    targets = [n.target for n in _nodes(tree, st.Assign)] + [n.variable for n in _nodes(tree, st.ForHead)]
+    targets += [n.callee for n in _nodes(tree, st.Invoke)]
+    targets += [n.value for n in _nodes(tree, ast.Argument)]
+    for target in targets:
+        while isinstance(target, (ast.Member, ast.Index)):
+            target = target.base
+        if isinstance(target, ast.Name):
+            yield target.name
