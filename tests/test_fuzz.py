@@ -142,6 +142,10 @@ FOUND = (
     "RUNG [q] <fa[i]: fc(v => i, w => j)> (a)",
     "RUNG [q] <ADD(IN1 := 1, IN2 := i, OUT => i)> <MOVE(IN := 3, OUT => ar[i])> [ar[i] > 2] (ab[i + 1])",
     "RUNG [a] <ADD(IN1 := 1 MOD 1, IN2 := 0, OUT => sb)> (b)",
+    "RUNG [q] <DIV(IN1 := sb, IN2 := 1 MOD 1, OUT => i)> (a)",
+    "RUNG [q] <ADD(IN1 := sb, IN2 := -sb, IN3 := i, OUT => i)> (a)",
+    "RUNG [q] <half(a := sb / (1 / 1), OUT => ar[i])> (a)",
+    "RUNG <GT(IN1 := -1, IN2 := sb, OUT => q)>",
     "",
 )
 """Found by random programs: values with computed indexes behind power, instances with indexes that their

@@ -57,7 +57,7 @@ def operate(machine: Machine, op: str, value: Operand | None) -> None:
         acc.loose.append((len(machine.code), value, True))
         machine.emit(op)
         _finish(machine, op)
-    elif not acc.loose or acc.settle(value.type, machine.code, machine.diagnostics):
+    elif not acc.loose or acc.settle(base(value.type), machine.code, machine.diagnostics):
         _join(machine, op, value)
 
 

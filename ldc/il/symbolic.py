@@ -17,7 +17,7 @@ from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Pl
 from ldc.il.values import typed_function
 from ldc.library import functions
 from ldc.symbols import Location
-from ldc.types import BOOL, LINT, TIME, Type
+from ldc.types import BOOL, LINT, TIME, Type, storage
 
 LANES = 4096
 ALL = (1 << LANES) - 1
@@ -185,16 +185,18 @@ class Memory:
             case Const(value, type_):
                 if type_ == BOOL:
                     return ALL if value else 0
-                return self.operands.term("const", value, type_)
+                return self.operands.term("const", value, storage(type_))
             case Load(place):
                 return self.read(place)
             case Apply(op, args, type_):
                 return self.operator(op, [self.value(a) for a in args], [a.type for a in args], type_)
 
     def operator(self, op: str, values: list[Value], types: list[Type], type_: Type) -> Value:
-        """The meaning of an operator: logic of BOOL is computed, all else is a term."""
+        """The meaning of an operator: logic of BOOL is computed, all else is a term. A subrange counts as the
+        type that it is a range of: the range holds where a value is stored."""
         if (type_ is BOOL or type_ == BOOL) and op in ("AND", "OR", "XOR", "NOT"):
             return _logic(op, [self.boolean(v) for v in values])
+        type_, types = storage(type_), [storage(t) for t in types]
         if op in _COMPARISON_CHAINS and len(values) > 2:
             pairs = [self.operator(op, [a, b], types[:2], BOOL) for a, b in zip(values, values[1:])]
             return _logic("AND", pairs)
