@@ -319,7 +319,7 @@ def test_a_function_block_of_the_project_keeps_its_own_en() -> None:
     pins = ('<inputVars><variable name="EN"><type><BOOL/></type></variable></inputVars>'
             '<outputVars><variable name="done"><type><BOOL/></type></variable></outputVars>')
     own = pou(inside, "", name="own", kind="functionBlock", sections=pins)
-    body = f"<LD>{rail()}{contact(2, 'a')}{block(3, 'own', {'EN': 2}, ('on',), 'o')}{coil(4, "q", "3.done")}</LD>"
+    body = f"<LD>{rail()}{contact(2, 'a')}{block(3, 'own', {'EN': 2}, ('done',), 'o')}{coil(4, 'q', '3.done')}</LD>"
     assert run(project(own, pou(body, "a q : BOOL; o : own")), [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
 
 
