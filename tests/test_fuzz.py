@@ -127,7 +127,7 @@ PROGRAM main
 VAR_EXTERNAL g : INT; END_VAR
 VAR
     a, b, q : BOOL; i, j : INT; x : REAL; sb : INT (0..9);
-    ar : ARRAY [0..3] OF INT; ab : ARRAY [1..4] OF BOOL; fa : ARRAY [0..9] OF fc; c1 : CTU;
+    iw AT %IW2 : INT; ar : ARRAY [0..3] OF INT; ab : ARRAY [1..4] OF BOOL; fa : ARRAY [0..9] OF fc; c1 : CTU;
 END_VAR
 """
 FOUND = (
@@ -139,6 +139,7 @@ FOUND = (
     "RUNG [q] <fa[i + 1]: fc(j := a)> (a)",
     "RUNG [q] <fa[half(ar[i])]: fc(j := fa[1].o)> (a)",
     "RUNG [q] <fa[g]: fc(v => i, w => j)> (a)",
+    "RUNG [q] <fa[iw]: fc(j := a)> (a)",
     "RUNG [q] <fa[i]: fc(v => i, w => j)> (a)",
     "RUNG [q] <ADD(IN1 := 1, IN2 := i, OUT => i)> <MOVE(IN := 3, OUT => ar[i])> [ar[i] > 2] (ab[i + 1])",
     "RUNG [a] <ADD(IN1 := 1 MOD 1, IN2 := 0, OUT => sb)> (b)",

@@ -55,13 +55,16 @@ class BlockLowering:
         return emit.hold()
 
     def _steady(self, block: Block) -> Place:
-        """The instance, its indexes computed once: the call and its outputs may change their variables."""
+        """The instance, its indexes computed once: the call and its outputs may change their variables. A block
+        of the project may reach each that is global or lies in the process image."""
         instance = self.emit.place(block.instance)
+        standard = block.signature.standard
         changed = {p.target.root.upper() for p in block.outputs if isinstance(p.target, Place)}
         changed.add(instance.root.upper())
 
         def steady(index: Const | Load) -> Const | Load:
-            if isinstance(index, Const) or not (index.place.is_global or index.place.root.upper() in changed):
+            if isinstance(index, Const) or index.place.root in self.emit.temps or (
+                    standard and index.place.root.upper() not in changed):
                 return index
             self.emit.value(index)
             spill = self.emit.temp(index.type)
