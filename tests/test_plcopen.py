@@ -356,7 +356,8 @@ def test_a_truncated_file_is_told(at: int) -> None:
     '<!DOCTYPE p [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><project>&b;</project>',
     '<!DOCTYPE p SYSTEM "file:///etc/passwd"><project/>',
     project(pou("<LD><contact/></LD>", "")), project(pou("<FBD><block localId='1'/></FBD>", "")),
-    project(pou("", "a : nothing")), project("<pou/>"), project("<pou name='1' pouType='x'/>"),
+    project(pou("", "a : nothing"), instances="<configurations><configuration><resource><task><pouInstance/>"
+            "</task></resource></configuration></configurations>"), project(pou("", "a : nothing")), project("<pou/>"), project("<pou name='1' pouType='x'/>"),
     ladder("a : BOOL", rail(), contact(2, "")), ladder("a : BOOL", rail(), contact(2, "a b"), coil(3, "a", 2)),
     ladder("a : BOOL", contact(2, "a", 3), contact(3, "a", 2), coil(4, "a", 3)),
     ladder("a : BOOL", rail(), element("continuation", 2, name="x"), coil(3, "a", 2)),

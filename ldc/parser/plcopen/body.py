@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from itertools import accumulate
+
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, texts
@@ -19,8 +22,9 @@ def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) ->
     drawing = Drawing(body, where, more, diagnostics)
     _drop_loose(drawing, diagnostics)
     groups = _together(drawing)
-    names, other = _labels(drawing, groups)
-    titles = _titles(drawing, groups)
+    places = _Places(groups)
+    names, other = _labels(drawing, places)
+    titles = _titles(drawing, places)
     rungs = []
     for index, group in enumerate(groups):
         rung = RungWriter(drawing, group, other, diagnostics).rung(names.get(index), titles.get(index))
@@ -109,14 +113,14 @@ def _together(drawing: Drawing) -> list[list[Element]]:
     return found
 
 
-def _labels(drawing: Drawing, groups: list[list[Element]]) -> tuple[dict[int, str], dict[str, str]]:
+def _labels(drawing: Drawing, places: _Places) -> tuple[dict[int, str], dict[str, str]]:
     """Rungs that have a label: its name, by their number; and what other labels mean (a second label at
     one rung its first one, a label behind the last rung the end)."""
     names: dict[int, str] = {}
     other: dict[str, str] = {}
     for node in drawing.labels:
         label = texts.label(node.get("label"), "label")
-        index = _rung_at(drawing, groups, node)
+        index = places.rung_at(node)
         if index is None:
             other[label.upper()] = "RETURN"
         elif index in names:
@@ -126,25 +130,27 @@ def _labels(drawing: Drawing, groups: list[list[Element]]) -> tuple[dict[int, st
     return names, other
 
 
-def _titles(drawing: Drawing, groups: list[list[Element]]) -> dict[int, str]:
+def _titles(drawing: Drawing, places: _Places) -> dict[int, str]:
     titles: dict[int, str] = {}
     for node in drawing.notes:
         text = texts.prose(node.find("content") or node.find("alternativeText"))
-        index = _rung_at(drawing, groups, node) if text else None
+        index = places.rung_at(node) if text else None
         if index is not None:
             titles[index] = f"{titles[index]}; {text}" if index in titles else text
     return {index: title[:200] for index, title in titles.items()}
 
 
-def _rung_at(drawing: Drawing, groups: list[list[Element]], node: Node) -> int | None:
-    """The first rung that begins beside or below something; without positions, behind it in the text."""
-    at = node.find("position")
-    y = at.number("y") if at is not None else 0
-    placed = any(element.position != (0, 0) for group in groups for element in group)
-    for index, group in enumerate(groups):
-        if placed:
-            if max(element.position[0] for element in group) >= y:
-                return index
-        elif max(element.node.start for element in group) > node.start:
-            return index
-    return None
+class _Places:
+    """Where rungs are: for what belongs to the next one."""
+
+    def __init__(self, groups: list[list[Element]]) -> None:
+        self.placed = any(element.position != (0, 0) for group in groups for element in group)
+        ends = (max(e.position[0] if self.placed else e.node.start for e in group) for group in groups)
+        self.ends = list(accumulate(ends, max))
+
+    def rung_at(self, node: Node) -> int | None:
+        """The first rung that ends beside or below something; without positions, behind it in the text."""
+        at = node.find("position")
+        y = (at.number("y") if at is not None else 0) if self.placed else node.start
+        index = bisect_left(self.ends, y)
+        return index if index < len(self.ends) else None

@@ -16,7 +16,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings
 from ldc.source import SourceFile, Span
 
-MAX_ELEMENTS, MAX_DEPTH = 1_000_000, 200
+MAX_ELEMENTS, MAX_DEPTH = 500_000, 200
 _HEAD = re.compile(r"""<(?:[^"'>]|"[^"]*"|'[^']*')*+>""")
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _TEXTUAL = ("ST", "IL")

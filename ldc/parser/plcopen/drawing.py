@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ldc.diagnostics import Diagnostics
@@ -132,19 +133,19 @@ class Drawing:
 
     def _connect(self) -> None:
         named = {e.node.get("name").strip().upper(): e for e in self.elements.values() if e.kind == "connector"}
+        known = {node.get("localId").strip() for node in self.body.children}
         for element in self.elements.values():
             for pin in element.inputs:
-                pin.sources = frozenset(self._sources(element, pin, named))
+                pin.sources = frozenset(self._sources(element, pin, known))
         self._follow(named)
 
-    def _sources(self, element: Element, pin: Input, named: dict[str, Element]):
+    def _sources(self, element: Element, pin: Input, known: set[str]) -> Iterator[Output]:
         point = pin.node.find("connectionPointIn")
         for wire in point.all("connection") if point is not None else ():
             id_ = wire.get("refLocalId").strip()
             source = self.elements.get(id_)
             if source is None:
-                known = any(node.get("localId").strip() == id_ for node in self.body.children)
-                if not known:
+                if id_ not in known:
                     self.broken = True
                     findings.no_such_element(self.diagnostics, wire.span, f"{self.where}: {element.describe()}",
                                              f"the element {id_[:20]}")

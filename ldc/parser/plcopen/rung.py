@@ -47,6 +47,11 @@ class RungWriter:
         self.steps: list[Step] = []
         self.sets: dict[frozenset[Output], str] = {}
         self.feeds: dict[Output, list[frozenset[Output]]] = {}
+        self.reading: dict[Output, list[Element]] = {}
+        for element in group:
+            for pin in element.inputs:
+                for output in pin.sources:
+                    self.reading.setdefault(output, []).append(element)
         self.failed = False
         self.count = 0
 
@@ -141,8 +146,7 @@ class RungWriter:
             element = self.drawing.elements[output[0]]
             if element.kind not in ("inVariable", "inOutVariable"):
                 continue
-            users = [e.order for e in self.group for pin in e.inputs if output in pin.sources]
-            self.at = (*min(users), -1)
+            self.at = (*min(user.order for user in self.readers(output)), -1)
             found = self.value(output[0])
             if found is not None:
                 tail = self.tail(output, element.node.span)
@@ -219,7 +223,7 @@ class RungWriter:
             len(self.readers(output)) == 1)
 
     def readers(self, output: Output) -> list[Element]:
-        return [e for e in self.group for pin in e.inputs if output in pin.sources]
+        return self.reading.get(output, [])
 
     def _is_block(self, output: Output) -> bool:
         return output != RAIL and self.drawing.elements[output[0]].kind == "block"

@@ -6,6 +6,7 @@ import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, literals
+from ldc.parser.lexer import KEYWORDS, MAX_WORD
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_expression
@@ -18,6 +19,9 @@ _BARE_TIME = re.compile(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII 
 
 def expression(span: Span, diagnostics: Diagnostics) -> ast.Expr | None:
     """The expression written there; None when it is none (then it is told)."""
+    text = span.text
+    if len(text) <= MAX_WORD and _NAME.match(text) and text.upper() not in KEYWORDS:
+        return ast.Name(text, span)
     return parse_expression(span.source, span.start, span.end, diagnostics)
 
 
@@ -33,7 +37,7 @@ def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str |
 
 def label(text: str, default: str) -> str:
     """A name made of any text: for what nobody refers to."""
-    text = re.sub(r"\W+", "_", text.strip(), flags=re.ASCII).strip("_") or default
+    text = re.sub(r"\W+", "_", text.strip(), flags=re.ASCII).strip("_") or default or "unnamed"
     return f"_{text}" if text[0].isdigit() else text
 
 
