@@ -96,6 +96,10 @@ class Body(Access):
                 self._close(ends)
             if at in segments:
                 self._segment(segments[at], base)
+            if at in self.plan.loops.ends:
+                self._emit("while True:")
+                self.indent += 1
+                ends.append(self.plan.loops.ends[at] + 1)
             if at in flat.labels:
                 self.acc = None
             elif at in flat.starts and (instr.op in FORGETS) and not self.stack:
@@ -250,6 +254,9 @@ class Body(Access):
             return
         if self.stack:
             raise BadCode(f"{self.unit.name}: a jump out of parentheses at instruction {self.at}")
+        if self.at in self.plan.loops.jumps:
+            self._loop_jump(condition)
+            return
         target = self.flat.targets[self.at]
         if condition != "True":
             self._emit(f"if {condition}:")
@@ -261,6 +268,22 @@ class Body(Access):
         self._emit(f"pc = {len(segments) if past else bisect_left(segments, target)}")
         self._emit("continue")
         if condition != "True":
+            self.indent -= 1
+
+    def _loop_jump(self, condition: str) -> None:
+        """To the begin of the innermost loop or behind its end; the last backward jump is the end itself."""
+        target = self.flat.targets[self.at]
+        if self.plan.loops.ends.get(target) == self.at:
+            if condition != "True":
+                self._emit(f"if {_negated(condition)}: break")
+            self._emit("_tick()")
+        elif target > self.at:
+            self._emit(f"if {condition}: break")
+        else:
+            self._emit(f"if {condition}:")
+            self.indent += 1
+            self._emit("_tick()")
+            self._emit("continue")
             self.indent -= 1
 
     def _condition(self, negated: bool) -> str:

@@ -1,8 +1,9 @@
-"""Which jumps of a POU become Python ``if`` blocks, and which need a dispatch loop.
+"""Which jumps of a POU become Python ``if`` blocks and ``while`` loops, and which need a dispatch loop.
 
 A forward jump over a properly nested range becomes ``if``; a jump that skips the other arm becomes
-``else``. What is left (backward jumps, ranges that cross) goes through segments: pieces of the body
-in a loop that skips to the segment asked for.
+``else``. A backward jump whose range is entered at its start only, and left by jumps behind its end only,
+becomes ``while`` (loops.py). What is left (ranges that cross) goes through segments: pieces of the body in a
+loop that skips to the segment asked for.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 from ldc.il.program import Instr, Unit
+from runtime.vm.loops import Loops, find_loops
 
 JUMPS = ("JMP", "JMPC", "JMPCN")
 DEEPEST = 30
@@ -33,13 +35,13 @@ class Flat:
 @dataclass(frozen=True, slots=True)
 class Plan:
     """``blocks``: jump position -> end of its ``if``; ``others``: position of a JMP -> end of the ``else``
-    that starts right after it; ``segments``: positions where segments begin, in order (empty: no loop);
-    ``loops``: whether some jump goes backward."""
+    that starts right after it; ``segments``: positions where segments begin, in order (empty: no dispatch
+    loop); ``loops``: those that become ``while``."""
 
     blocks: dict[int, int]
     others: dict[int, int]
     segments: tuple[int, ...]
-    loops: bool
+    loops: Loops
 
 
 def flatten(unit: Unit) -> Flat:
@@ -72,24 +74,29 @@ def flatten(unit: Unit) -> Flat:
 
 def plan(flat: Flat) -> Plan:
     """Decides for every jump. A range that a segment begins in is decided again, a few times at most;
-    after that all jumps go through the loop."""
+    after that all jumps go through the dispatch loop."""
     if not flat.targets:
-        return Plan({}, {}, (), False)
+        return Plan({}, {}, (), Loops({}, frozenset()))
     irregular: set[int] = set()
-    blocks, others, found = _nest(flat, irregular)
+    refused: set[int] = set()
     for _ in range(_ROUNDS):
-        if not found:
-            break
+        loops = find_loops(flat.targets, refused)
+        blocks, others, found = _nest(flat, irregular, loops)
         irregular |= found
-        blocks, others, found = _nest(flat, irregular)
-    if found:
-        blocks, others, irregular = {}, {}, set(flat.targets)
+        # A jump through the dispatch loop cannot be made from inside of a ``while``, nor into one.
+        broken = {head for head, last in loops.ends.items()
+                  if any(head <= at <= last or head < flat.targets[at] <= last for at in irregular)}
+        if not found and not broken:
+            break
+        refused |= broken
+    else:
+        blocks, others, irregular, loops = {}, {}, set(flat.targets), Loops({}, frozenset())
     cuts = sorted({flat.targets[at] for at in irregular})
     segments = tuple(sorted({0, *cuts})) if irregular else ()
-    return Plan(blocks, others, segments, any(flat.targets[at] <= at for at in irregular))
+    return Plan(blocks, others, segments, loops)
 
 
-def _nest(flat: Flat, irregular: set[int]) -> tuple[dict[int, int], dict[int, int], set[int]]:
+def _nest(flat: Flat, irregular: set[int], loops: Loops) -> tuple[dict[int, int], dict[int, int], set[int]]:
     """One pass: the blocks, the else arms, and the jumps that must be irregular beyond those known."""
     cuts = sorted({flat.targets[at] for at in irregular})
     labels = sorted(flat.labels)
@@ -97,11 +104,14 @@ def _nest(flat: Flat, irregular: set[int]) -> tuple[dict[int, int], dict[int, in
     others: dict[int, int] = {}
     found: set[int] = set()
     open_ends: list[int] = []
-    for at in sorted(flat.targets):
-        target = flat.targets[at]
+    for at in sorted(flat.targets.keys() | loops.ends.keys()):
         while open_ends and open_ends[-1] <= at:
             open_ends.pop()
-        if at in irregular:
+        if at in loops.ends:  # a label, no jump
+            open_ends.append(loops.ends[at] + 1)
+            continue
+        target = flat.targets[at]
+        if at in irregular or at in loops.jumps:
             continue
         arm = _is_else(flat, at, open_ends)
         outer = open_ends[-2 if arm else -1] if len(open_ends) > arm else len(flat.code)
