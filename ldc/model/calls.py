@@ -15,7 +15,7 @@ from ldc.model.names import suggest
 from ldc.model.values import Value
 from ldc.parser import ast
 from ldc.symbols import Parameter, Signature
-from ldc.types import Type, is_scalar
+from ldc.types import Instance, Type, is_scalar
 
 
 def standard_function(key: str) -> Function | None:
@@ -39,6 +39,12 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
                                 f"this is a {kind}", f"{how} and read `instance.pin`")
             return None
         return _project_function(env, node, signature, diagnostics)
+    found = env.variable(key)
+    if found is not None and isinstance(found[0].type, Instance):
+        findings.wrong_kind(diagnostics, node.span, f"`{node.name}` cannot be called in an expression",
+                            "this is an instance of a function block",
+                            f"call it before, and read its output, `{node.name}.pin`")
+        return None
     function = standard_function(key)
     if function is None:
         unknown_function(env, node.name, node.span, diagnostics)

@@ -145,7 +145,7 @@ class _Reader:
         self.units.lost = True
         while self.at < self.end and self.types[self.at] != "END_VAR":
             self.at += 1
-        self.at += 1
+        self.at = min(self.at + 1, self.end)
 
     def _simple(self) -> st.Statement | None:
         first = self.at
@@ -309,7 +309,7 @@ class _Reader:
         elif self._kind() == "END_REPEAT":
             self.findings.missing_word(opening, "UNTIL", self.at)
         self._close(opening)
-        last = max(first, self.at - 1)
+        last = max(opening, self.at - 1)
         return st.Repeat(body, condition, head, self.tokens.span(min(first, last), last), self._span(opening))
 
 
