@@ -204,7 +204,7 @@ class Pins:
         return after
 
     def _result(self, name: str) -> str:
-        """The result of a function is OUT and the output of statements is ENO, whatever an editor calls it."""
+        """The result of a function is OUT, the output of statements ENO, whatever an editor calls it."""
         key = name.upper()
         if self.executes is not None:
             return "ENO"

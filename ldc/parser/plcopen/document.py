@@ -25,7 +25,7 @@ _ENDS_EARLY = "it ends before its elements are closed"
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """An element: ``start`` and ``end`` enclose all of it, ``inside`` and ``stop`` what is between its tags."""
+    """An element: ``start`` and ``end`` enclose it, ``inside`` and ``stop`` what is between its tags."""
 
     document: Document = field(repr=False)
     tag: str
@@ -180,7 +180,8 @@ class Document:
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         self._count += 1
         if self._count > MAX_ELEMENTS or len(self._open) >= MAX_DEPTH:
-            what, limit = ("levels", MAX_DEPTH) if len(self._open) >= MAX_DEPTH else ("elements", MAX_ELEMENTS)
+            deep = len(self._open) >= MAX_DEPTH
+            what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
             raise _Refused(lambda diagnostics, span: findings.too_large(diagnostics, span, limit, what))
         start = self._offset()
         head = _HEAD.match(self.source.text, start)
@@ -194,16 +195,17 @@ class Document:
             self._attributes(node)
 
     def _attributes(self, node: Node) -> None:
-        for match in re.finditer(r"""=\s*(["'])(.*?)\1""", self.source.text[node.start : node.inside], re.DOTALL):
+        head = self.source.text[node.start : node.inside]
+        for match in re.finditer(r"""=\s*(["'])(.*?)\1""", head, re.DOTALL):
             start, end = match.span(2)
             self._edits.append((node.start + start, node.start + end, unescape(match[2])))
 
     def _end(self, _: str) -> None:
         node, text = self._open.pop(), self.source.text
         at = self._offset()
-        node.stop = at if text.startswith("</", at) else node.inside
-        node.end = text.find(">", node.stop) + 1 if node.stop != node.inside or text.startswith("</", at) else at
-        node.end = max(node.end, node.stop)
+        closed = text.startswith("</", at)
+        node.stop = at if closed else node.inside
+        node.end = max(text.find(">", at) + 1, at) if closed else node.inside
         raw = text[node.inside : node.stop]
         if not node.children or node.tag in _TEXTUAL:
             if "&" in raw or "<" in raw:

@@ -74,8 +74,8 @@ class Element:
 
 
 class Drawing:
-    """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``broken``: a part could not be read, so
-    that others seem to be loose."""
+    """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``broken``:
+    a part could not be read, so that others seem to be loose."""
 
     def __init__(self, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
         self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
@@ -92,8 +92,9 @@ class Drawing:
                 self._element(node, index)
             elif node.tag not in _IGNORED:
                 self.broken = True
-                findings.unsupported(diagnostics, node.span, f"{where}: <{node.tag}> is no element of LD or FBD",
-                                     "drawn here", "draw it with contacts, coils and blocks")
+                message = f"{where}: <{node.tag[:40]}> is no element of LD or FBD"
+                findings.unsupported(diagnostics, node.span, message, "drawn here",
+                                     "draw it with contacts, coils and blocks")
         self.has_rail = any(e.kind == "leftPowerRail" for e in self.elements.values())
         self._connect()
         self.elements = dict(sorted(self.elements.items(), key=lambda item: item[1].order))
@@ -132,7 +133,8 @@ class Drawing:
     # ---- wires
 
     def _connect(self) -> None:
-        named = {e.node.get("name").strip().upper(): e for e in self.elements.values() if e.kind == "connector"}
+        named = {e.node.get("name").strip().upper(): e for e in self.elements.values()
+                 if e.kind == "connector"}
         known = {node.get("localId").strip() for node in self.body.children}
         for element in self.elements.values():
             for pin in element.inputs:
@@ -147,8 +149,8 @@ class Drawing:
             if source is None:
                 if id_ not in known:
                     self.broken = True
-                    findings.no_such_element(self.diagnostics, wire.span, f"{self.where}: {element.describe()}",
-                                             f"the element {id_[:20]}")
+                    where = f"{self.where}: {element.describe()}"
+                    findings.no_such_element(self.diagnostics, wire.span, where, f"the element {id_[:20]}")
                 pin.cut = True
             elif source.kind == "leftPowerRail":
                 yield RAIL
@@ -172,8 +174,8 @@ class Drawing:
             return False
         enable = next((pin for pin in block.inputs if pin.name.upper() == "EN"), None)
         point = enable.node.find("connectionPointIn") if enable is not None else None
-        wires = [wire.get("refLocalId").strip() for wire in point.all("connection")] if point is not None else []
-        sources = [self.elements.get(id_) for id_ in wires]
+        wires = point.all("connection") if point is not None else ()
+        sources = [self.elements.get(wire.get("refLocalId").strip()) for wire in wires]
         return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
     def _follow(self, named: dict[str, Element]) -> None:

@@ -40,7 +40,8 @@ def unsupported(diagnostics: Diagnostics, span: Span, message: str, label: str, 
 
 def no_such_element(diagnostics: Diagnostics, span: Span, where: str, target: str) -> None:
     diagnostics.error("LD0146", f"{where} is connected to {target}, which does not exist", span,
-                      "the wire leads here", help="draw the wire again in the editor that the file comes from")
+                      "the wire leads here",
+                      help="draw the wire again in the editor that the file comes from")
 
 
 def loose(diagnostics: Diagnostics, span: Span, where: str, why: str) -> None:

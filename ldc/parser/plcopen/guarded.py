@@ -71,7 +71,7 @@ def retype(sections: tuple[ast.VarBlock, ...], types: Mapping[str, str]) -> tupl
             return variable
         return replace(variable, type=ast.NamedType(name, None, variable.type.span))
 
-    return tuple(replace(s, variables=tuple(map(changed, s.variables))) for s in sections) if types else sections
+    return tuple(replace(s, variables=tuple(map(changed, s.variables))) for s in sections)
 
 
 def _library_pins(type_: str, span: Span) -> Pins | None:

@@ -32,8 +32,8 @@ def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
     if name is None or type_ is None:
         return None
     location = node.get("address").strip().upper() or None
-    span = node.attribute("name")
-    return ast.VarDecl(name, location, type_, initial(node.find("initialValue"), diagnostics), span, node.span)
+    value = initial(node.find("initialValue"), diagnostics)
+    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span)
 
 
 def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:

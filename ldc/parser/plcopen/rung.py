@@ -43,7 +43,8 @@ class RungWriter:
     def __init__(
         self, drawing: Drawing, group: list[Element], labels: dict[str, str], diagnostics: Diagnostics
     ) -> None:
-        self.drawing, self.group, self.labels, self.diagnostics = drawing, group, labels, diagnostics
+        self.drawing, self.group, self.labels = drawing, group, labels
+        self.diagnostics = diagnostics
         self.steps: list[Step] = []
         self.sets: dict[frozenset[Output], str] = {}
         self.feeds: dict[Output, list[frozenset[Output]]] = {}
@@ -259,7 +260,8 @@ class RungWriter:
         """A net with the edge of another: a block whose instance is added to the POU."""
         span, new = pin.node.span, self.fresh()
         name = texts.label(f"edge_{element.id}_{pin.name}", "edge")
-        self.drawing.more.variables.append(ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span))
+        made = ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span)
+        self.drawing.more.variables.append(made)
         source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)
         pins = (ast.Pin("CLK", source, False, span), ast.Pin("Q", ast.Junction(new, span), True, span))
         block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)
