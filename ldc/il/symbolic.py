@@ -333,8 +333,11 @@ class Memory:
             self._write(key, value, when & lanes, place.type)
 
     def _write(self, key: Key, value: Value, when: int, type_: Type) -> None:
-        self._current[key.root] = {key: value} if when == ALL else {}
         log = self.logs.setdefault(key.root, [])
+        if when != ALL and log and log[-1][0] == key.steps:
+            _, last, before, _ = log.pop()
+            value, when = self.choose(when, value, last), when | before
+        self._current[key.root] = {key: value} if when == ALL else {}
         if when == ALL and log and all(entry[0] == key.steps for entry in log):
             log.clear()
         log.append((key.steps, value, when, type_))

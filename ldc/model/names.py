@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from itertools import islice
 
 from ldc.library import blocks, functions
 from ldc.types import ELEMENTARY
@@ -28,9 +29,20 @@ def standard(key: str) -> str | None:
     return None
 
 
+# Thousands of unknown names compared with thousands of variables would take minutes.
+_MANY, _COMPARED = 1_000, 50
+
+
 def suggest(name: str, candidates: Iterable[str]) -> str:
-    """Help text that names what was probably meant; empty when nothing comes near."""
-    spellings = {c.upper(): c for c in candidates if not c.upper().startswith(PREFIX)}
+    """Help text that names what was probably meant; empty when nothing comes near.
+
+    When there are very many, only those are looked at that begin alike and are about as long.
+    """
+    names = list(candidates)
+    if len(names) > _MANY:
+        least, first = len(name) - 2, (name[:1].lower(), name[:1].upper())
+        names = islice((c for c in names if least <= len(c) <= least + 4 and c.startswith(first)), _COMPARED)
+    spellings = {c.upper(): c for c in names if not c.upper().startswith(PREFIX)}
     near = difflib.get_close_matches(name.upper(), spellings, 3, 0.6)
     if not near:
         return ""
