@@ -202,11 +202,11 @@ def test_types_globals_and_configurations() -> None:
         ("one", "fast", "main"), ("two", None, "main")]
 
 
-def test_bodies_of_st_and_il_files_are_text() -> None:
-    statements = "\n  f := a^ § 'open; (* END_FUNCTION *)\n"
-    text = f"FUNCTION f : INT\nVAR_INPUT a : INT; END_VAR{statements}END_FUNCTION\n"
-    body = parsed(text, "some/F.ST").pous[0].body
-    assert (body.language, body.span.text) == ("ST", statements)
+def test_bodies_of_il_files_are_text() -> None:
+    lines = "\n  f := a^ § 'open; (* END_FUNCTION *)\n"
+    text = f"FUNCTION f : INT\nVAR_INPUT a : INT; END_VAR{lines}END_FUNCTION\n"
+    body = parsed(text, "some/F.IL").pous[0].body
+    assert (body.language, body.span.text) == ("IL", lines)
     assert parsed("PROGRAM p LD a ST b END_PROGRAM", "x.il").pous[0].body.span.text == " LD a ST b "
 
 
