@@ -89,7 +89,8 @@ class _Lowering:
     def _ordered_place(self, place: Place) -> Place:
         """The place with the indexes that call something computed now."""
         steps = tuple(IndexStep(tuple(self._kept(i) for i in s.indexes), s.bounds)
-                      if isinstance(s, IndexStep) and any(map(_writes, s.indexes)) else s for s in place.steps)
+                      if isinstance(s, IndexStep) and any(map(_writes, s.indexes)) else s
+                      for s in place.steps)
         return replace(place, steps=steps)
 
     def _kept(self, expr: Value) -> Load:
@@ -135,7 +136,8 @@ class _Lowering:
     def call(self, action: actions.Call) -> None:
         block = action.block
         if any(isinstance(p.source, Apply) and _writes(p.source) for p in block.inputs):
-            block = replace(block, inputs=tuple(replace(p, source=self._kept(p.source)) for p in block.inputs))
+            inputs = tuple(replace(p, source=self._kept(p.source)) for p in block.inputs)
+            block = replace(block, inputs=inputs)
         self.blocks.lower(-1, block, {}, TRUE, False)
 
     def leave(self, action: actions.Leave) -> None:
@@ -286,7 +288,8 @@ class _Lowering:
         return Apply("OR", (Apply("AND", (Apply("GE", (step, zero), BOOL), above), BOOL),
                             Apply("AND", (Apply("LT", (step, zero), BOOL), below), BOOL)), BOOL)
 
-    def _count(self, action: actions.For, stop: Const | Load, step: Const | Load, again: str, end: str) -> None:
+    def _count(self, action: actions.For, stop: Const | Load, step: Const | Load, again: str,
+               end: str) -> None:
         emit, place = self.emit, action.place
         now, base = Load(place), storage(action.place.type)
         following = Apply("SUB" if action.down else "ADD", (now, step), base)

@@ -9,8 +9,9 @@ from ldc.types import Type
 
 
 def label_twice(diagnostics: Diagnostics, span: Span, first: Span) -> None:
-    diagnostics.error("LD0420", "two labels of this CASE hold the same value", span, "it would never be chosen",
-                      secondary=(Label(first, "chosen already here"),), help="give every value to one label")
+    diagnostics.error("LD0420", "two labels of this CASE hold the same value", span,
+                      "it would never be chosen", secondary=(Label(first, "chosen already here"),),
+                      help="give every value to one label")
 
 
 def bad_label(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
@@ -18,8 +19,8 @@ def bad_label(diagnostics: Diagnostics, span: Span, message: str, label: str, he
 
 
 def bad_selector(diagnostics: Diagnostics, span: Span, type_: Type) -> None:
-    diagnostics.error("LD0422", "CASE chooses by an integer or an enumeration", span, f"this is {described(type_)}",
-                      help="use IF ... ELSIF for other types")
+    diagnostics.error("LD0422", "CASE chooses by an integer or an enumeration", span,
+                      f"this is {described(type_)}", help="use IF ... ELSIF for other types")
 
 
 def bad_variable(diagnostics: Diagnostics, span: Span, label: str, help: str) -> None:
@@ -27,7 +28,8 @@ def bad_variable(diagnostics: Diagnostics, span: Span, label: str, help: str) ->
 
 
 def zero_step(diagnostics: Diagnostics, span: Span) -> None:
-    diagnostics.error("LD0424", "a FOR by 0 never ends", span, "the step is 0", help="count by another number")
+    diagnostics.error("LD0424", "a FOR by 0 never ends", span, "the step is 0",
+                      help="count by another number")
 
 
 def variable_written(diagnostics: Diagnostics, span: Span, name: str, head: Span) -> None:

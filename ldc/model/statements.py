@@ -20,7 +20,9 @@ _COUNTING = ("int", "uint")
 _CHOOSING = ("int", "uint", "bits")
 
 
-def body(env: Environment, nodes: Iterable[st.Statement], diagnostics: Diagnostics) -> tuple[actions.Action, ...]:
+def body(
+    env: Environment, nodes: Iterable[st.Statement], diagnostics: Diagnostics
+) -> tuple[actions.Action, ...]:
     """The actions of statements. One that is wrong is told and left out."""
     return _Typing(env, diagnostics).list(nodes)
 
@@ -49,7 +51,8 @@ class _Typing:
             expressions.value(self.env, node.value, None, self.diagnostics)
             return None
         self._wrote(place)
-        value = expressions.expression(self.env, node.value, place.type, self.diagnostics, f"`{node.target.span.text}`")
+        value = expressions.expression(self.env, node.value, place.type, self.diagnostics,
+                                       f"`{node.target.span.text}`")
         if value is None:
             return None
         return actions.Assign(place, value, node.span)
@@ -65,7 +68,8 @@ class _Typing:
             if not isinstance(place.type, Instance):
                 type_findings.not_a_value(
                     self.diagnostics, callee.span, f"`{callee.span.text}` cannot be called",
-                    f"this is {type_findings.described(place.type)}", "only function blocks and functions are called")
+                    f"this is {type_findings.described(place.type)}",
+                    "only function blocks and functions are called")
                 return None
             name, instance = place.type.pou, callee
         pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in node.arguments)
@@ -143,8 +147,8 @@ class _Typing:
             if low is None or high is None:
                 continue
             if low > high:
-                findings.bad_label(self.diagnostics, label.span, "this range is empty", f"{low} is above {high}",
-                                   "write the smaller value first")
+                findings.bad_label(self.diagnostics, label.span, "this range is empty",
+                                   f"{low} is above {high}", "write the smaller value first")
                 continue
             made.append((low, high))
             taken.append((low, high, label.span))
@@ -157,7 +161,8 @@ class _Typing:
         number = expressions.constant(self.env, found)
         if number is None:
             findings.bad_label(self.diagnostics, node.span, "a label of CASE is constant",
-                               "known only when the program runs", "write a number, a constant or the name of a value")
+                               "known only when the program runs",
+                               "write a number, a constant or the name of a value")
         return number
 
     def _overlaps(self, taken: list) -> None:
@@ -200,10 +205,12 @@ class _Typing:
             return None
         base = storage(place.type)
         if not isinstance(base, Elementary) or base.kind not in _COUNTING or isinstance(place.type, Enum):
-            findings.bad_variable(self.diagnostics, head.variable.span, f"this is {type_findings.described(place.type)}",
+            findings.bad_variable(self.diagnostics, head.variable.span,
+                                  f"this is {type_findings.described(place.type)}",
                                   "use a variable of an integer type")
             return None
-        if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes) for s in place.steps):
+        if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes)
+               for s in place.steps):
             findings.bad_variable(self.diagnostics, head.variable.span, "an element with a computed index",
                                   "use a variable of its own")
             return None
@@ -217,10 +224,12 @@ class _Typing:
         found = expressions.value(self.env, head.step, base, self.diagnostics)
         if found is None:
             return None, False
-        down = type(found) is Untyped and base.kind == "uint" and isinstance(found.value, int) and found.value < 0
+        down = (type(found) is Untyped and base.kind == "uint" and isinstance(found.value, int)
+                and found.value < 0)
         if down:
             found = settle(Untyped(-found.value, found.span), base, self.diagnostics)
-        found = coerce(found, base, self.diagnostics, head.step.span, "the step") if found is not None else None
+        if found is not None:
+            found = coerce(found, base, self.diagnostics, head.step.span, "the step")
         known = expressions.constant(self.env, found) if found is not None else None
         if known == 0:
             findings.zero_step(self.diagnostics, head.step.span)

@@ -202,7 +202,8 @@ class Findings:
         tokens = self.tokens
         there = tokens.point(index) if index < len(tokens.types) else self.behind(index - 1)
         self._at("LD0130", f"{self.shown(opening)} is not closed", opening, f"this has no {end}",
-                 f"write `{end};` where it ends", (Label(there, f"{end} was expected before this at the latest"),))
+                 f"write `{end};` where it ends",
+                 (Label(there, f"{end} was expected before this at the latest"),))
 
     def stray_word(self, index: int, label: str, help: str) -> None:
         self._at("LD0131", f"{self.shown(index)} does not belong here", index, label, help)
@@ -228,8 +229,8 @@ class Findings:
         self.diagnostics.error("LD0133", message, span, label, help=help)
 
     def outside_loop(self, index: int) -> None:
-        self._at("LD0134", f"{self.shown(index)} stands outside of a loop", index, "no FOR, WHILE or REPEAT around it",
-                 "remove it; RETURN leaves the whole POU")
+        self._at("LD0134", f"{self.shown(index)} stands outside of a loop", index,
+                 "no FOR, WHILE or REPEAT around it", "remove it; RETURN leaves the whole POU")
 
     def no_label(self, index: int, opening: int) -> None:
         self._at("LD0135", "a CASE begins with a label", index, "this belongs to no value",
@@ -238,6 +239,7 @@ class Findings:
 
     def missing_word(self, opening: int, word: str, index: int) -> None:
         found = self.shown(index) if index < len(self.tokens.types) else "the end of the file"
-        self.diagnostics.error("LD0136", f"{word} is missing", self.behind(index - 1), f"{word} was expected before {found}",
-                               secondary=(Label(self.tokens.point(opening), f"belongs to this {self.tokens.text(opening)}"),),
+        owner = Label(self.tokens.point(opening), f"belongs to this {self.tokens.text(opening)}")
+        self.diagnostics.error("LD0136", f"{word} is missing", self.behind(index - 1),
+                               f"{word} was expected before {found}", secondary=(owner,),
                                help=f"write {word} here")

@@ -65,7 +65,8 @@ class StatementPrinter:
             self._branch("ELSE", otherwise.head, otherwise.body, indent)
 
     def case(self, statement: st.Case, indent: str) -> None:
-        self.lines.line(f"{indent}CASE {unparse.expr_text(statement.selector)} OF", statement.head.end, opens=True)
+        head = f"{indent}CASE {unparse.expr_text(statement.selector)} OF"
+        self.lines.line(head, statement.head.end, opens=True)
         inner = indent + unparse.INDENT
         for choice in statement.choices:
             self.lines.above(choice.head.start, inner)
@@ -82,7 +83,8 @@ class StatementPrinter:
         self._close("END_FOR", statement.span, indent)
 
     def while_(self, statement: st.While, indent: str) -> None:
-        self._open(f"WHILE {unparse.expr_text(statement.condition)} DO", statement.head, statement.body, indent)
+        head = f"WHILE {unparse.expr_text(statement.condition)} DO"
+        self._open(head, statement.head, statement.body, indent)
         self._close("END_WHILE", statement.span, indent)
 
     def repeat(self, statement: st.Repeat, indent: str) -> None:

@@ -120,8 +120,8 @@ class _Reader:
         if kind in SECTIONS:
             return self._section()
         if kind in _HEADS or kind in ("TO", "BY", "RUNG", "END_VAR", ":"):
-            self._stray("no statement begins so", "statements are `x := value;`, `t(IN := a);`, IF, CASE, FOR, "
-                        "WHILE, REPEAT, EXIT, CONTINUE and RETURN")
+            self._stray("no statement begins so", "statements are `x := value;`, `t(IN := a);`, IF, CASE, "
+                        "FOR, WHILE, REPEAT, EXIT, CONTINUE and RETURN")
             return None
         return self._simple()
 

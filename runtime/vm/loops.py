@@ -12,8 +12,8 @@ _DEEPEST, _ROUNDS = 12, 8
 
 @dataclass(frozen=True, slots=True)
 class Loops:
-    """``ends``: position of the label that a loop begins with -> its last backward jump; ``jumps``: those that
-    go to the begin or behind the end of the innermost loop around them."""
+    """``ends``: position of the label that a loop begins with -> its last backward jump; ``jumps``: those
+    that go to the begin or behind the end of the innermost loop around them."""
 
     ends: dict[int, int]
     jumps: frozenset[int]
