@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,7 +31,7 @@ EXTENSIONS = (".ld", ".st", ".il", ".xml")
 
 Name = Annotated[str, Meta(min_length=1)]
 Role = Literal["master", "slave"]
-SafeValue = bool | int | float | str
+SafeValue = bool | Annotated[int, Meta(ge=-(1 << 63), le=(1 << 63) - 1)] | float | str
 
 
 class ProjectTable(Struct):
@@ -106,7 +107,7 @@ def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sourc
     manifests: dict[Path, Manifest] = {}
     for argument in map(str, paths):
         path = Path(argument)
-        if path.is_dir():
+        if os.path.isdir(argument):
             if not (path / NAME).is_file():
                 _no_manifest(path, argument, diagnostics)
                 continue
@@ -120,7 +121,7 @@ def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sourc
                 if manifest:
                     manifests[_real(path)] = manifest
                     found.update({_real(p): _shown(p) for p in _project_files(manifest, diagnostics)})
-        elif not path.exists():
+        elif not os.path.exists(argument):
             missing(argument, diagnostics)
         else:
             _unknown_kind(path, argument, diagnostics)

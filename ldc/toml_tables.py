@@ -110,6 +110,8 @@ def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] |
         text = str(error)
     except RecursionError:
         text = "brackets are nested too deeply"
+    except ValueError:
+        text = "a number has too many digits"
     match = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", text)
     offset = len(source.text)
     if match and match[1]:

@@ -279,3 +279,50 @@ def test_large_programs_work_in_sane_time(what: str, folder: Path) -> None:
     (folder / "main.ld").write_text(LARGE[what]())
     status, said = told(*COMMANDS["run"], "main.ld")
     assert status == 0, said[-2000:]
+
+
+MANIFESTS = {
+    "a number of 5,000 digits": "[memory]\nimage_bytes = " + "9" * 5_000,
+    "5,000 brackets": "[project]\nname = " + "[" * 5_000,
+    "a safe value that no type holds": "[safe]\nq = 99999999999999999999",
+    "a period without unit": "[run]\nperiod = 5",
+    "a section twice": "[project]\n[project]",
+    "globs of nothing": '[project]\nsources = ["nothing.ld"]',
+    "a bad glob": '[project]\nsources = ["\\u0000"]',
+    "two masters": '[processors]\na = "master"\nb = "master"',
+}
+
+
+@pytest.mark.parametrize("what", MANIFESTS)
+def test_a_wrong_project_file_is_told(what: str, folder: Path) -> None:
+    (folder / "main.ld").write_text(program("RUNG [a] (q)"))
+    (folder / "ldc.toml").write_text(MANIFESTS[what])
+    check_told(MANIFESTS[what], *told("run", "."))
+
+
+@pytest.mark.parametrize("rows", (
+    "", "a,scan\n1,0", "scan,a,a\n0,1,1", "scan,zz\n0,1", "scan,a\n0,1,2", "scan,a\n-1,1",
+    "scan,a\n1,1\n0,1", "scan,a\n0,2", "scan,i\n0,99999", f"scan,i\n0,{'9' * 5_000}", f"scan,a\n{'9' * 5_000},1",
+    'scan,a\n"0,1', "\0", "scan,t.PT\n0,T#99999999999999d",
+    f"scan{',a' * 10_000}\n0",
+))
+def test_wrong_inputs_are_told(rows: str, folder: Path) -> None:
+    (folder / "main.ld").write_text(program("RUNG [a] (q)"))
+    (folder / "in.csv").write_text(rows)
+    status, said = told("run", "main.ld", "--inputs", "in.csv")
+    assert status == 1 and re.search(r"error\[LD06\d\d\]", said), said[:1000]
+
+
+@pytest.mark.parametrize("path", (
+    "nothing.ld", "nothing", ".", "a" * 5_000, "a" * 5_000 + ".ld", "a\0.ld", "", "folder.ld"))
+def test_paths_that_are_no_source(path: str, folder: Path) -> None:
+    (folder / "folder.ld").mkdir()
+    for command in COMMANDS.values():
+        status, said = told(*command, path)
+        assert status == 1 and "error[LD06" in said, said[:1000]
+
+
+def test_il_full_of_errors(folder: Path) -> None:
+    (folder / "main.il").write_text("PROGRAM main\n" + "zz\n" * 50_000 + "END_PROGRAM")
+    status, said = told("check", "main.il")
+    assert status == 1 and "Traceback" not in said

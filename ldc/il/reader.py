@@ -21,6 +21,8 @@ from ldc.types import BOOL
 # Names that the compiler gave to temporaries (``_ldc_t1``, ``_ldc_int_2``); others are memories.
 _TEMPORARY = re.compile(r"_ldc_(t\d+|[a-z0-9]+_\d+)\Z", re.IGNORECASE)
 
+_MOST = 1_000
+
 
 def parse_unit(pou: Pou, scope, diagnostics: Diagnostics) -> Unit | None:
     """The IL of a POU whose body is ``ast.TextBody("IL")``; None when it has errors.
@@ -50,6 +52,8 @@ class Reader(Machine):
             while marks and marks[-1].at < (line.label_start if line.label else line.op_start):
                 self._mark(marks.pop())
             self._line(line)
+            if len(self.diagnostics) > _MOST:  # reading on helps nobody
+                break
         while marks:
             self._mark(marks.pop())
         for opened in self.stack:
