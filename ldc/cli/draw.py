@@ -7,7 +7,7 @@ import difflib
 import shutil
 import sys
 
-from ldc.cli.console import OK, Failure, UsageError, is_terminal, report, wants_color
+from ldc.cli.console import Failure, UsageError, is_terminal, report, wants_color
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics

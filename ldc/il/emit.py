@@ -284,12 +284,15 @@ class Emitter:
         return outer
 
     def _generate_here(self, expr: Value) -> None:
+        if type(expr) is Load:
+            self.put("LD", expr.place, expr.place.type)
+            return
         match expr:
             case Held():
                 if expr != self._acc:
                     self.put("LD", self.held_place(expr), expr.type)
-            case Const() | Load():
-                self.put("LD", expr if isinstance(expr, Const) else expr.place, expr.type)
+            case Const():
+                self.put("LD", expr, expr.type)
             case Apply("NOT", (arg,)) if arg.type == BOOL and is_simple(arg) and arg != self._acc:
                 self.put("LDN", self._operand(arg))
             case Apply("NOT", (arg,)):

@@ -82,9 +82,9 @@ class _Lowering:
         What comes back may be an expression that is still to be computed; the caller does so before
         any effect that could change it. ``needed`` False: nobody looks at the result.
         """
+        if type(tree) is Leaf:
+            return self._leaf(tree, power, needed)
         match tree:
-            case Leaf():
-                return self._leaf(tree, power, needed)
             case Tap(net, previous):
                 return _and(power, self._tap(net, previous))
             case Series(children):

@@ -181,13 +181,13 @@ class Memory:
     # -- expressions
 
     def value(self, expr: Expr) -> Value:
+        if type(expr) is Load:
+            return self.read(expr.place)
         match expr:
             case Const(value, type_):
                 if type_ == BOOL:
                     return ALL if value else 0
                 return self.operands.term("const", value, storage(type_))
-            case Load(place):
-                return self.read(place)
             case Apply(op, args, type_):
                 return self.operator(op, [self.value(a) for a in args], [a.type for a in args], type_)
 
@@ -349,7 +349,7 @@ class Memory:
         for steps, type_ in {entry[0]: entry[3] for entry in log}.items():
             value = self._read(self.operands.key(root, steps), len(log), type_)
             values.append((steps, self.boolean(value) if type_ == BOOL else value))
-        return tuple(sorted(values, key=lambda item: repr(item[0])))
+        return tuple(sorted(values, key=lambda item: repr(item[0])) if len(values) > 1 else values)
 
     def call(self, instance: Place, sees_globals: bool, when: int) -> None:
         """A block runs: it sees its pins (and the globals), and may change its variables (and those)."""

@@ -102,7 +102,8 @@ class GraphDomain:
         return ALL & ~a
 
     def contact(self, expr: Expr, power: int) -> int:
-        return power & self.memory.boolean(self.memory.value(expr))
+        value = self.memory.value(expr)
+        return power & (value if type(value) is int else self.memory.boolean(value))
 
     def value(self, expr: Expr, when: int) -> Value:
         return self.memory.value(expr)
