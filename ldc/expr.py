@@ -127,4 +127,4 @@ class Apply:
 
 Expr = Const | Load | Apply
 
-TRUE, FALSE = Const(True, BOOL), Const(False, BOOL)
+TRUE = Const(True, BOOL)

@@ -132,6 +132,8 @@ class _Compile:
             self.model = resolve(project, self.diagnostics, self.sources.settings)
         self.total = sum(len(p.body.rungs) for p in self.model.pous.values()
                          if isinstance(p.body, ast.LadderBody))
+        self.nullary = frozenset(
+            name for name, s in self.model.signatures.items() if s.kind == "FUNCTION" and not (s.inputs or s.in_outs))
         self.locations = {v.name.upper(): v.location for v in self.model.globals.values() if v.location}
         builds: dict[str, tuple[RungBuild, ...]] = {}
         units: list[il.Unit] = []
@@ -199,7 +201,8 @@ class _Compile:
         verdict, code = None, lowered.code
         if self.options.verify:
             with self.timed("verify"):
-                verdict = verify(graph, turns, hidden, tree, code.code, lowered.temps, locations)
+                verdict = verify(graph, turns, hidden, tree, code.code, lowered.temps, locations,
+                                 self.nullary)
             if verdict.kind == "wrong":
                 self.wrong(rung, verdict)
             code = replace(code, proof=verdict.kind)

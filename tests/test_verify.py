@@ -56,7 +56,8 @@ def judged(result, made, code):
     unit = result.program.unit("p")
     temps = [v for v in unit.variables if v.kind == "temp"]
     hidden = memories(made.graph, made.turns)
-    return verify(made.graph, made.turns, hidden, made.tree, tuple(code), temps)
+    nullary = [n for n, s in result.model.signatures.items() if s.kind == "FUNCTION" and not s.inputs]
+    return verify(made.graph, made.turns, hidden, made.tree, tuple(code), temps, nullary=nullary)
 
 
 @pytest.mark.parametrize("name", RUNGS)
@@ -127,6 +128,24 @@ END_PROGRAM
     store = next(i for i in made.code.code if i.op == "ST" and i.operand.root == "g")
     late = (*(i for i in made.code.code if i is not store), replace(store, op="ST"))
     assert judged(result, made, (made.code.code[0], *late)).kind == "wrong"
+
+
+def test_functions_without_inputs_stand_anywhere() -> None:
+    text = """FUNCTION f : BOOL
+RUNG (f)
+END_FUNCTION
+FUNCTION g : BOOL
+RUNG (/g)
+END_FUNCTION
+PROGRAM p
+VAR a, q, z : BOOL; END_VAR
+RUNG r1 [a OR f() AND g()] (q)
+RUNG r2 [a] <f() out=OUT> <g() in=_ out=OUT> (z)
+END_PROGRAM
+"""
+    result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
+    assert not result.diagnostics.has_errors, [d.message for d in result.diagnostics]
+    assert [made.verdict.kind for made in result.units["p"]] == ["proof", "proof"]
 
 
 def test_a_wrong_verdict_names_what_differs_and_an_example() -> None:

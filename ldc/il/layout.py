@@ -57,9 +57,11 @@ def lay_out(program: Program, previous: Layout | None = None) -> Layout:
             wanted += [(f"{run.name}.{v.name}", v) for v in state(units[run.pou.upper()])]
     end = previous.size if previous else 0
     symbols = []
+    known: dict[Type, tuple[int, int, str]] = {}  # many instances have one type
     for path, variable in wanted:
-        size, align = measure(variable.type, units)
-        digest = type_hash(variable.type, units)
+        if variable.type not in known:
+            known[variable.type] = *measure(variable.type, units), type_hash(variable.type, units)
+        size, align, digest = known[variable.type]
         if variable.location is not None:
             place = variable.location
             bit = place.bit if place.size == "X" else None
@@ -98,21 +100,6 @@ def measure(type_: Type, units: dict[str, Unit]) -> tuple[int, int]:
             return _members([f.type for f in fields], units)
         case Instance(pou):
             return _members([v.type for v in state(units[pou.upper()])], units)
-
-
-def members(type_: Struct | Instance, units: dict[str, Unit]) -> tuple[tuple[str, Type, int], ...]:
-    """Name, type and byte offset of every member of a structure or an instance."""
-    if isinstance(type_, Struct):
-        named = [(f.name, f.type) for f in type_.fields]
-    else:
-        named = [(v.name, v.type) for v in state(units[type_.pou.upper()])]
-    end, rows = 0, []
-    for name, member in named:
-        size, align = measure(member, units)
-        end = -(-end // align) * align
-        rows.append((name, member, end))
-        end += size
-    return tuple(rows)
 
 
 def _members(types: list[Type], units: dict[str, Unit]) -> tuple[int, int]:

@@ -6,7 +6,7 @@ Runs the graph (the reference meaning), the series/parallel tree and the IL over
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from ldc.expr import Const, Expr, FieldStep, Place
@@ -39,9 +39,9 @@ class Verdict:
 
 def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: SPTree,
            code: tuple[Instr, ...], temps: Iterable[Variable] = (),
-           locations: Mapping[str, Location] | None = None) -> Verdict:
+           locations: Mapping[str, Location] | None = None, nullary: Collection[str] = ()) -> Verdict:
     """Compares drawing, tree and IL of one rung. ``temps``: variables of the IL that are not compared;
-    ``locations``: located variables by capital name."""
+    ``locations``: located variables by capital name; ``nullary``: FUNCTIONs without inputs, in capitals."""
     operands = Operands()
     ignored = {(False, v.name.upper()) for v in temps}
 
@@ -54,7 +54,7 @@ def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: 
     drawn = run(lambda domain: evaluate(graph, turns, domain, memories))
     reduced = run(lambda domain: evaluate_tree(graph, tree, turns, domain, memories))
     memory = Memory(operands, locations)
-    lowered = memory, _taken(execute(code, memory))
+    lowered = memory, _taken(execute(code, memory, nullary))
     kind = "proof" if operands.exhaustive else "check"
     count = len(operands.columns)
     for stage, other in (("tree", reduced), ("il", lowered)):
@@ -166,8 +166,12 @@ def _pin(instance: Place, block: Block, name: str) -> Place:
 # -- the IL
 
 
-def execute(code: tuple[Instr, ...], memory: Memory) -> list[tuple[int, str | None, int]]:
-    """Runs instructions on all assignments at once; assignments that jumped ahead wait at the label."""
+def execute(code: tuple[Instr, ...], memory: Memory,
+            nullary: Collection[str] = ()) -> list[tuple[int, str | None, int]]:
+    """Runs instructions on all assignments at once; assignments that jumped ahead wait at the label.
+
+    The accumulator is the first argument of a function, but of those in ``nullary``, which take none.
+    """
     jumps: list[tuple[int, str | None, int]] = []
     waiting: dict[str, int] = {}
     stack: list[tuple[str, Value, Type]] = []
@@ -198,7 +202,7 @@ def execute(code: tuple[Instr, ...], memory: Memory) -> list[tuple[int, str | No
             if operand is not None:
                 acc, acc_type = load(operand), operand.type
         elif op == "FN":
-            values = ([acc] if _takes_acc(instr, n, code) else []) + [load(a) for a in instr.args]
+            values = ([] if instr.name.upper() in nullary else [acc]) + [load(a) for a in instr.args]
             for name, place in instr.outputs:
                 out = memory.apply(f"{instr.name}.{name.upper()}", values, place.type)
                 memory.write(place, out, active)
@@ -223,11 +227,6 @@ def execute(code: tuple[Instr, ...], memory: Memory) -> list[tuple[int, str | No
         else:
             acc, acc_type = _binary(memory, op, acc, acc_type, load(operand), operand.type)
     return jumps
-
-
-def _takes_acc(instr: Instr, n: int, code: tuple[Instr, ...]) -> bool:
-    """A FUNCTION of the project without inputs ignores the accumulator: nothing was loaded for it."""
-    return bool(instr.args) or n > 0 and code[n - 1].op not in ("ST", "LABEL", "CAL", "S", "R", "JMPCN")
 
 
 def _binary(memory: Memory, op: str, left: Value, left_type: Type, right: Value, right_type: Type):

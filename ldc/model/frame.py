@@ -267,7 +267,3 @@ class Frame:
     def callables(self) -> Iterable[str]:
         yield from self.owner.callables()
         yield from blocks.names()
-
-    def declared_at(self, key: str) -> Span | None:
-        found = self._declared.get(key)
-        return found[0].span if found is not None else None
