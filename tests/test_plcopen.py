@@ -19,7 +19,6 @@ from plcopen_xml import (
     wires,
 )
 
-from ldc.diagnostics import Diagnostics
 from ldc.il import text as il_text
 from ldc.manifest import Sources
 from ldc.model.settings import Settings

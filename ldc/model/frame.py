@@ -13,7 +13,6 @@ from ldc.model.initial import initial_value
 from ldc.model.names import IL_WORDS, PREFIX, standard
 from ldc.model.type_table import DEEPEST, Known, TypeTable, complete
 from ldc.parser import ast
-from ldc.source import Span
 from ldc.symbols import Location, Signature, Variable
 from ldc.types import ELEMENTARY, Array, Elementary, Enum, Instance, Type, storage
 
