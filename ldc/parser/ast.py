@@ -162,7 +162,8 @@ TypeExpr = NamedType | ArrayType | StructType | EnumType | SubrangeType
 
 @dataclass(frozen=True, slots=True)
 class VarDecl:
-    """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line)."""
+    """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line).
+    ``note``: what a foreign source says about it, one line."""
 
     name: str
     location: str | None
@@ -170,6 +171,7 @@ class VarDecl:
     initial: Initial | None
     span: Span
     group_span: Span
+    note: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,10 +365,22 @@ class Comment:
 
 
 @dataclass(frozen=True, slots=True)
+class Remark:
+    """What became of something in a foreign source, for the report of ``ldc import``. ``kind``: "mapped"
+    (other means, same effect), "renamed", "added" or "left out"; ``into``: its name or form in the
+    ladder language, or why it was left out."""
+
+    kind: str
+    what: str
+    into: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class File:
     """One parsed source. What did not parse is left out (the diagnostics tell).
 
-    ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
+    ``remarks``: of a source in a foreign format, in its order. ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
     to), so that an unknown name elsewhere may be just a consequence.
     """
 
@@ -377,6 +391,7 @@ class File:
     configurations: tuple[Configuration, ...]
     comments: tuple[Comment, ...]
     incomplete: bool = False
+    remarks: tuple[Remark, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,37 @@
+"""The formats of other tools that are read as they are; each is known by its content.
+
+A format is a package beside this module with ``recognises(source) -> bool``, cheap, and
+``read(source, diagnostics) -> ast.File``. What a reader imports is loaded when a file needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast, plcopen
+from ldc.source import SourceFile
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """``name`` as people call it; ``suffixes`` (lower case) that its files usually have."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    recognises: Callable[[SourceFile], bool]
+    read: Callable[[SourceFile, Diagnostics], ast.File]
+
+
+FORMATS: tuple[Format, ...] = (
+    Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read),
+)
+"""Asked in this order."""
+
+SUFFIXES = tuple(dict.fromkeys(suffix for format in FORMATS for suffix in format.suffixes))
+
+
+def format_of(source: SourceFile) -> Format | None:
+    """The foreign format of a source, None for the text languages of this project."""
+    return next((format for format in FORMATS if format.recognises(source)), None)
