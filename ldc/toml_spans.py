@@ -10,6 +10,7 @@ from ldc.source import SourceFile, Span
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _KEY = re.compile(r"""[ \t]*("(?:\\.|[^"\\\n])*"|'[^'\n]*'|[A-Za-z0-9_-]+)[ \t]*""")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
+_DATE = re.compile(r"\d{4}-\d\d-\d\d \d\d:[^\s,\]}#]*")  # a date and its time may have a space between them
 _BARE = re.compile(r"[^\s,\[\]{}#\"']+")
 
 
@@ -21,70 +22,79 @@ class Entry:
     value: Span
 
 
-def toml_spans(source: SourceFile) -> dict[tuple[str, ...], Entry]:
+def toml_spans(source: SourceFile) -> dict[tuple[str | int, ...], Entry]:
     """Places by path (`("run", "period")`) of a text that tomllib has accepted.
 
-    Inside arrays and inline tables nothing is looked up: their place is that of the whole value. The
-    tables of an array of tables share one path, the first one's place counts.
+    An item of an array has its number in the path (`("requires", "inputs", 0, "type")`); its key is the
+    item itself. The tables of an array of tables share one path, the first one's place counts.
     """
-    text, at = source.text, 0
-    prefix: tuple[str, ...] = ()
-    found: dict[tuple[str, ...], Entry] = {}
-    while (at := _BLANK.match(text, at).end()) < len(text):
-        start = at
-        header = text[at] == "["
-        if header:
-            at += 2 if text.startswith("[[", at) else 1
-        path, at = _key(text, at)
-        key = Span(source, start, at)
-        if header:
-            at = text.find("]", at)
-            at = len(text) if at < 0 else at + (2 if text.startswith("]]", at) else 1)
-            prefix = path
-            found.setdefault(path, Entry(Span(source, start, at), Span(source, start, at)))
-            continue
-        begin = _BLANK.match(text, at + 1).end()
-        at = _value(text, begin)
-        found.setdefault(
-            prefix + path,
-            Entry(Span(source, key.start, start + len(key.text.rstrip())), Span(source, begin, at)),
-        )
-    return found
+    return _Places(source).found
 
 
-def _key(text: str, at: int) -> tuple[tuple[str, ...], int]:
-    """A dotted key from `at`, and where it ends."""
-    parts = []
-    while match := _KEY.match(text, at):
-        part = match[1]
-        parts.append(part[1:-1] if part[0] in "\"'" else part)
-        at = match.end()
-        if not text.startswith(".", at):
-            break
-        at += 1
-    return tuple(parts), max(at, 1)
+class _Places:
+    """Walks a text once. Brackets nest no deeper than tomllib accepts."""
 
+    def __init__(self, source: SourceFile) -> None:
+        self.source, self.text = source, source.text
+        self.found: dict[tuple[str | int, ...], Entry] = {}
+        text, at = source.text, 0
+        prefix: tuple[str | int, ...] = ()
+        while (at := _BLANK.match(text, at).end()) < len(text):
+            start = at
+            if text[at] == "[":
+                at += 2 if text.startswith("[[", at) else 1
+                prefix, at = self._key(at)
+                at = text.find("]", at)
+                at = len(text) if at < 0 else at + (2 if text.startswith("]]", at) else 1)
+                self._add(prefix, Span(source, start, at), Span(source, start, at))
+            else:
+                at = self._entry(prefix, at)
 
-def _value(text: str, at: int) -> int:
-    """The end of the value that begins at `at`."""
-    depth = 0
-    while at < len(text):
-        char = text[at]
-        if char in "\"'":
-            match = _STRING.match(text, at)
-            at = match.end() if match else at + 1
-        elif char in "[{":
-            depth, at = depth + 1, at + 1
-        elif char in "]}":
-            depth, at = depth - 1, at + 1
-        elif depth and char in ", \t\r\n#":
-            at = at + 1 if char == "," else _BLANK.match(text, at).end()
-            continue
-        else:
-            match = _BARE.match(text, at)
-            at = match.end() if match else at + 1
-        if depth <= 0 and (at >= len(text) or text[at] in " \t\r\n#,"):
-            # A date and its time may have a space between them.
-            if not (depth == 0 and re.match(r" \d\d:", text[at : at + 4])):
-                return at
-    return at
+    def _add(self, path: tuple[str | int, ...], key: Span, value: Span) -> None:
+        self.found.setdefault(path, Entry(key, value))
+
+    def _entry(self, prefix: tuple[str | int, ...], start: int) -> int:
+        """`key = value` from `start`; where it ends."""
+        path, at = self._key(start)
+        key = Span(self.source, start, start + len(self.text[start:at].rstrip()))
+        begin = _BLANK.match(self.text, at + 1).end()
+        end = self._value((*prefix, *path), begin)
+        self._add((*prefix, *path), key, Span(self.source, begin, end))
+        return end
+
+    def _key(self, at: int) -> tuple[tuple[str, ...], int]:
+        """A dotted key from `at`, and where it ends."""
+        parts = []
+        while match := _KEY.match(self.text, at):
+            part = match[1]
+            parts.append(part[1:-1] if part[0] in "\"'" else part)
+            at = match.end()
+            if not self.text.startswith(".", at):
+                break
+            at += 1
+        return tuple(parts), max(at, 1)
+
+    def _value(self, path: tuple[str | int, ...], at: int) -> int:
+        """The end of the value that begins at `at`."""
+        text = self.text
+        if text[at : at + 1] in ("[", "{"):
+            return self._items(path, at)
+        match = _STRING.match(text, at) or _DATE.match(text, at) or _BARE.match(text, at)
+        return match.end() if match else at + 1
+
+    def _items(self, path: tuple[str | int, ...], at: int) -> int:
+        """The end of an array or inline table that begins at `at`."""
+        text, table, number = self.text, self.text[at] == "{", 0
+        at = _BLANK.match(text, at + 1).end()
+        while at < len(text) and text[at] not in "]}":
+            start = at
+            if table:
+                at = self._entry(path, at)
+            else:
+                at = self._value((*path, number), at)
+                self._add((*path, number), Span(self.source, start, at), Span(self.source, start, at))
+            number += 1
+            at = _BLANK.match(text, max(at, start + 1)).end()
+            if text[at : at + 1] == ",":
+                at = _BLANK.match(text, at + 1).end()
+        return min(at + 1, len(text))

@@ -208,7 +208,9 @@ VALUES = st.recursive(
             '"\\"]"',
         ]
     ),
-    lambda inner: st.lists(inner, max_size=3).map(lambda items: "[ " + ", # c ]\n".join([*items, ""]) + "]"),
+    lambda inner: st.lists(inner, max_size=3).map(lambda items: "[ " + ", # c ]\n".join([*items, ""]) + "]")
+    | st.lists(inner.filter(lambda text: "\n" not in text), max_size=3).map(
+        lambda items: "{ " + ", ".join(f"k{n} = {item}" for n, item in enumerate(items)) + " }"),
     max_leaves=6,
 )
 
@@ -228,11 +230,12 @@ def test_every_value_of_a_toml_text_is_found_at_its_place(entries) -> None:
     for path, entry in spans.items():
         value = data
         for key in path:
-            value = (
-                value[key] if isinstance(value, dict) else next(table[key] for table in value if key in table)
-            )
+            if isinstance(value, dict) or isinstance(key, int):
+                value = value[key]
+            else:
+                value = next(table[key] for table in value if key in table)
         if not entry.value.text.startswith("[") or isinstance(value, list):
-            if entry.value.text != entry.key.text:
+            if isinstance(path[-1], int) or entry.value.text != entry.key.text:
                 assert tomllib.loads(f"x = {entry.value.text}")["x"] == value
 
 
