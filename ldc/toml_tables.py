@@ -16,7 +16,7 @@ from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry, toml_spans
 
 T = TypeVar("T", bound=Struct)
-Path = tuple[str, ...]
+Path = tuple[str | int, ...]
 
 _WORDS = {
     "str": "a text in quotes",
@@ -31,12 +31,15 @@ _EXPECTED = re.compile(r"Expected `([^`]+)`(?:, got `([^`]+)`| (?:of length )?(.
 
 
 class Tables:
-    """A parsed TOML text. Every method reports what is wrong and goes on with the default."""
+    """A parsed TOML text; ``what`` it is, for messages. Every method reports what is wrong and goes on
+    with the default."""
 
-    def __init__(self, source: SourceFile, data: Mapping[str, Any], diagnostics: Diagnostics) -> None:
+    def __init__(self, source: SourceFile, data: Mapping[str, Any], diagnostics: Diagnostics,
+                 what: str = "the project file") -> None:
         self.spans: dict[Path, Entry] = toml_spans(source)
         self._data = data
         self._diagnostics = diagnostics
+        self._what = what
 
     def check_sections(self, known: Iterable[str]) -> None:
         """Report every top-level key that is not one of `known`."""
@@ -48,10 +51,28 @@ class Tables:
         for key in path:
             data = data.get(key, {})
         if not isinstance(data, dict):
-            self.wrong(
-                path, f"`{'.'.join(path)}` must be a table", f"write [{'.'.join(path)}] on a line of its own"
-            )
+            self.wrong(path, f"`{_dotted(path)}` must be a table", f"write [{_dotted(path)}] on a line of its own")
             return kind()
+        return self._checked(path, data, kind)
+
+    def records(self, path: Path, kind: type[T]) -> tuple[T, ...]:
+        """The list of inline tables at `path`, each as a `kind`; what is no table is left out."""
+        data: Any = self._data
+        for key in path:
+            data = data.get(key, {} if key != path[-1] else []) if isinstance(data, dict) else []
+        if not isinstance(data, list):
+            self.wrong(path, f"`{_dotted(path)}` must be a list of tables", "write [{ name = ..., type = ... }]")
+            return ()
+        found = []
+        for number, item in enumerate(data):
+            if isinstance(item, dict):
+                found.append(self._checked((*path, number), item, kind))
+            else:
+                self.wrong((*path, number), f"an item of `{_dotted(path)}` must be a table",
+                           "write { name = ..., type = ... }")
+        return tuple(found)
+
+    def _checked(self, path: Path, data: Mapping[str, Any], kind: type[T]) -> T:
         fields = {f.encode_name: f for f in msgspec.structs.fields(kind)}
         self._check_keys(path, data, tuple(fields))
         good = {}
@@ -76,7 +97,7 @@ class Tables:
         try:
             return msgspec.convert(value, kind)
         except msgspec.ValidationError as error:
-            self.wrong(path, f"`{'.'.join(path)}`{_explain(str(error), value)}")
+            self.wrong(path, f"`{_dotted(path)}`{_explain(str(error), value)}")
             return None
 
     def wrong(self, path: Path, message: str, help: str = "", label: str = "") -> None:
@@ -92,7 +113,7 @@ class Tables:
             entry = self.spans.get((*path, key)) or next(
                 (e for p, e in self.spans.items() if p[: len(path) + 1] == (*path, key)), None
             )
-            where = f"[{'.'.join(path)}]" if path else "the project file"
+            where = f"[{_dotted(path)}]" if path else self._what
             self._diagnostics.error(
                 "LD0611",
                 f"{where} has no key `{key}`",
@@ -100,6 +121,11 @@ class Tables:
                 "not known",
                 help=f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(known)}",
             )
+
+
+def _dotted(path: Path) -> str:
+    """The path as people write it; the number of an item is left out."""
+    return ".".join(str(key) for key in path if isinstance(key, str))
 
 
 def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] | None:

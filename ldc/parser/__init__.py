@@ -5,10 +5,10 @@ from __future__ import annotations
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, reader
 from ldc.parser.formats import format_of
-from ldc.parser.reader import parse_expression
+from ldc.parser.reader import parse_expression, parse_type
 from ldc.source import SourceFile
 
-__all__ = ["format_of", "parse_expression", "parse_file"]
+__all__ = ["format_of", "parse_expression", "parse_file", "parse_type"]
 
 
 def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:

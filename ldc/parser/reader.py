@@ -49,6 +49,12 @@ def parse_expression(source: SourceFile, start: int, end: int, diagnostics: Diag
     return Units(tokens, diagnostics).parse("single_expression", 0, len(tokens.types), "expression")
 
 
+def parse_type(source: SourceFile, start: int, end: int, diagnostics: Diagnostics) -> ast.TypeExpr | None:
+    """The type that the characters ``start`` to ``end`` of a source name: ``REAL``, ``ARRAY [0..9] OF INT``."""
+    tokens = lex(source, start, end)
+    return Units(tokens, diagnostics).parse("single_type", 0, len(tokens.types), "type")
+
+
 class Reader:
     """Goes through the tokens once; ``at`` is the next one."""
 
