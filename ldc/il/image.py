@@ -1,8 +1,8 @@
 """The image: a compiled project as canonical bytes with a digest (DESIGN section 4).
 
 msgpack of two parts. ``core`` is what runs: types, globals, units with their code, tasks, safe values,
-symbols with their places and the layout hash; its SHA-256 is the digest. ``notes`` is what people want to know about it: sources, titles,
-verdicts of the self-check, and which element each instruction comes from.
+symbols with their places and the layout hash; its SHA-256 is the digest. ``notes`` is what people want to know about it: the
+project's name, sources, titles, verdicts of the self-check, and which element each instruction comes from.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ldc.symbols import Location, Variable
 from ldc.types import ELEMENTARY, Array, Elementary, Enum, Field, Instance, String, Struct, Subrange, Type
 
 MAGIC = b"LDCI"
-FORMAT = 1
+FORMAT = 2
 
 
 class BadImage(ValueError):
@@ -77,7 +77,7 @@ class _Writer:
              [[run.name, run.pou, run.task] for run in r.runs]] for r in program.resources]
         symbols = [[s.path, self.type(s.type), s.area, s.offset, s.size, s.type_hash, s.retain, s.bit]
                    for s in layout.symbols]
-        return [program.name, self.types, types, globals_, units, resources,
+        return [self.types, types, globals_, units, resources,
                 [list(item) for item in program.safe], symbols, layout.size, layout.digest]
 
     def type(self, type_: Type) -> int:
@@ -148,7 +148,7 @@ class _Writer:
 
         units = [[u.title, [[r.title, r.proof, span(r.span), [[i.element, span(i.span)] for i in r.code]]
                             for r in u.rungs]] for u in program.units]
-        return [units, [[f.path, f.text] for f in files]]
+        return [units, [[f.path, f.text] for f in files], program.name]
 
 
 class _Reader:
@@ -156,11 +156,11 @@ class _Reader:
         self.core, self.notes = core, notes
         self.files = [SourceFile(path, text) for path, text in notes[1]]
         self.types: list[Type] = []
-        for row in core[1]:
+        for row in core[0]:
             self.types.append(self._type(row))
 
     def image(self) -> tuple[Program, Layout]:
-        name, _, types, globals_, units, resources, safe, symbols, size, layout_hash = self.core
+        _, types, globals_, units, resources, safe, symbols, size, layout_hash = self.core
         program = Program(
             tuple(self.unit(u, n) for u, n in zip(units, self.notes[0], strict=True)),
             tuple(self.types[t] for t in types), tuple(self.variable(v) for v in globals_),
@@ -168,7 +168,7 @@ class _Reader:
                 rname, processor,
                 tuple(Task(t[0], t[1], t[2], None if t[3] is None else self.place(t[3]), t[4]) for t in tasks),
                 tuple(Run(*run) for run in runs)) for rname, processor, tasks, runs in resources),
-            tuple((path, value) for path, value in safe), name)
+            tuple((path, value) for path, value in safe), self.notes[2])
         rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in symbols)
         layout = Layout(rows, size)
         if layout.digest != layout_hash:
