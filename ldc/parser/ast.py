@@ -285,13 +285,25 @@ class Rung:
 
 @dataclass(frozen=True, slots=True)
 class LadderBody:
+    """``unread``: rungs of a foreign drawing of which a part could not be read, each with the number of
+    rungs before it; only good to be shown beside the finding that tells."""
+
     rungs: tuple[Rung, ...]
     span: Span
+    unread: tuple[tuple[int, Rung], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class TextBody:
     """The source text of a body in Instruction List, ``language`` "IL"."""
+
+    language: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class NativeBody:
+    """The body of a component that gcc compiles: ``language`` "c" or "c++" (DESIGN section 6)."""
 
     language: str
     span: Span
@@ -307,7 +319,7 @@ class Pou:
     title: str | None
     result: TypeExpr | None
     var_blocks: tuple[VarBlock, ...]
-    body: LadderBody | TextBody | StatementBody
+    body: LadderBody | TextBody | StatementBody | NativeBody
     span: Span
     name_span: Span
 
