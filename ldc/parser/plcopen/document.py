@@ -7,7 +7,7 @@ bounded. Names lose their prefix: the flavours of TC6 differ in nothing but the 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from html import unescape
 from xml.parsers import expat
@@ -16,32 +16,54 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings
 from ldc.source import SourceFile, Span
 
-MAX_ELEMENTS, MAX_DEPTH = 500_000, 200
+MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
 _HEAD = re.compile(r"""<(?:[^"'>]|"[^"]*"|'[^']*')*+>""")
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
+_ATTRIBUTE = re.compile(r"""=\s*(["'])(.*?)\1""", re.DOTALL)
 _TEXTUAL = ("ST", "IL")
 _ENDS_EARLY = "it ends before its elements are closed"
 
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """An element: ``start`` and ``end`` enclose it, ``inside`` and ``stop`` what is between its tags."""
+    """An element: ``start`` and ``end`` enclose it, ``inside`` and ``stop`` what is between its tags.
+
+    Most elements are never asked for more than where they begin, so the rest is looked up in the text.
+    ``closing``: where the end tag begins; ``start`` in an element without one.
+    """
 
     document: Document = field(repr=False)
     tag: str
     attributes: dict[str, str]
     start: int
-    inside: int
-    stop: int = 0
-    end: int = 0
-    children: list[Node] = field(default_factory=list, repr=False)
+    closing: int = 0
+    children: Sequence[Node] = field(default=(), repr=False)
+
+    @property
+    def inside(self) -> int:
+        head = _HEAD.match(self.document.source.text, self.start)
+        return head.end() if head else self.start
+
+    @property
+    def stop(self) -> int:
+        return self.closing if self.closing != self.start else self.inside
+
+    @property
+    def end(self) -> int:
+        if self.closing == self.start:
+            return self.inside
+        return max(self.document.source.text.find(">", self.closing) + 1, self.closing)
 
     def find(self, *path: str) -> Node | None:
         """The first descendant along a path of tags."""
         node: Node | None = self
         for tag in path:
-            node = next((child for child in node.children if child.tag == tag), None)
-            if node is None:
+            for child in node.children:
+                if child.tag == tag:
+                    node = child
+                    break
+            else:
                 return None
         return node
 
@@ -67,7 +89,7 @@ class Node:
     def number(self, name: str, default: int = 0) -> int:
         """An attribute as a whole number (positions are decimal fractions in some exports)."""
         text = self.get(name).strip()
-        return int(float(text)) if re.fullmatch(r"[+-]?\d{1,15}(\.\d{1,15})?", text, re.ASCII) else default
+        return int(float(text)) if _NUMBER.fullmatch(text) else default
 
     @property
     def span(self) -> Span:
@@ -114,7 +136,6 @@ class Document:
         self.source = source
         self.root: Node | None = None
         self._plain: SourceFile | None = None
-        self._edits: list[tuple[int, int, str]] = []
         self._open: list[Node] = []
         self._count = 0
         self._bytes = self._chars = 0
@@ -135,11 +156,27 @@ class Document:
     def _twin(self) -> SourceFile:
         """The same text, as long in every line, with what stands for other characters replaced by them."""
         parts, at, text = [], 0, self.source.text
-        for start, end, new in sorted(self._edits):
+        for start, end, new in sorted(self._edits()):
             if start >= at:
                 parts += (text[at:start], new.ljust(end - start)[: end - start])
                 at = end
         return SourceFile(self.source.path, "".join((*parts, text[at:])))
+
+    def _edits(self) -> Iterator[tuple[int, int, str]]:
+        """What stands for other characters: where, and for which."""
+        work = [self.root] if self.root is not None else []
+        while work:
+            node = work.pop()
+            work += reversed(node.children)
+            inside = node.inside
+            if "&" in (head := self.source.text[node.start : inside]):
+                for match in _ATTRIBUTE.finditer(head):
+                    start, end = match.span(2)
+                    yield node.start + start, node.start + end, unescape(match[2])
+            if not node.children or node.tag in _TEXTUAL:
+                raw = self.source.text[inside : node.stop]
+                if "&" in raw or "<" in raw:
+                    yield inside, node.stop, _unmarked(node, raw)
 
     # ---- reading
 
@@ -183,46 +220,32 @@ class Document:
             deep = len(self._open) >= MAX_DEPTH
             what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
             raise _Refused(lambda diagnostics, span: findings.too_large(diagnostics, span, limit, what))
-        start = self._offset()
-        head = _HEAD.match(self.source.text, start)
-        node = Node(self, name.rpartition(":")[2], attributes, start, head.end() if head else start)
-        if self._open:
-            self._open[-1].children.append(node)
-        else:
+        node = Node(self, name.rpartition(":")[2], attributes, self._offset())
+        if not self._open:
             self.root = node
+        elif not (node.tag == "relPosition" or (parent := self._open[-1]).tag == "connection"):
+            # Bends of wires and places of pins, half of a drawing, mean nothing to us and are let go.
+            if parent.children:
+                parent.children.append(node)
+            else:
+                parent.children = [node]
         self._open.append(node)
-        if "&" in self.source.text[start : node.inside]:
-            self._attributes(node)
-
-    def _attributes(self, node: Node) -> None:
-        head = self.source.text[node.start : node.inside]
-        for match in re.finditer(r"""=\s*(["'])(.*?)\1""", head, re.DOTALL):
-            start, end = match.span(2)
-            self._edits.append((node.start + start, node.start + end, unescape(match[2])))
 
     def _end(self, _: str) -> None:
-        node, text = self._open.pop(), self.source.text
-        at = self._offset()
-        closed = text.startswith("</", at)
-        node.stop = at if closed else node.inside
-        node.end = max(text.find(">", at) + 1, at) if closed else node.inside
-        raw = text[node.inside : node.stop]
-        if not node.children or node.tag in _TEXTUAL:
-            if "&" in raw or "<" in raw:
-                self._edit(node, raw)
+        self._open.pop().closing = self._offset()
 
-    def _edit(self, node: Node, raw: str) -> None:
-        """Replace references and take away markup, so that lines stay where they are."""
-        parts: list[str] = []
-        for match in _MARKUP.finditer(raw):
-            if match[2] is not None:
-                new = unescape(match[2])
-            elif match[1] is not None:
-                new = match[1]
-            else:
-                new = "\n" * match[0].count("\n") if node.tag in _TEXTUAL else ""
-            parts.append(new)
-        self._edits.append((node.inside, node.stop, "".join(parts)))
+
+def _unmarked(node: Node, raw: str) -> str:
+    """The text of an element without references and markup, its lines where they were."""
+    parts: list[str] = []
+    for match in _MARKUP.finditer(raw):
+        if match[2] is not None:
+            parts.append(unescape(match[2]))
+        elif match[1] is not None:
+            parts.append(match[1])
+        elif node.tag in _TEXTUAL:
+            parts.append("\n" * match[0].count("\n"))
+    return "".join(parts)
 
 
 class _Refused(Exception):
