@@ -8,13 +8,14 @@ project's name, sources, titles, verdicts of the self-check, and which element e
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import msgspec
 
 from ldc.expr import BitStep, Const, FieldStep, IndexStep, Load, Place, Step
 from ldc.il.layout import Layout, Symbol, lay_out
-from ldc.il.program import NUMBER, OPCODES, Instr, Operand, Program, Resource, Run, RungCode, Task, Unit
+from ldc.il.program import (
+    NUMBER, OPCODES, External, Instr, Operand, Program, Resource, Run, RungCode, Task, Unit)
 from ldc.source import SourceFile, Span
 from ldc.symbols import Location, Variable
 from ldc.types import ELEMENTARY, Array, Elementary, Enum, Field, Instance, String, Struct, Subrange, Type
@@ -112,7 +113,8 @@ class _Writer:
     def unit(self, u: Unit) -> list:
         return [u.kind, u.name, None if u.result is None else self.type(u.result), u.standard,
                 [self.variable(v) for v in u.variables],
-                [[r.key, r.label, r.name, [self.instr(i) for i in r.code]] for r in u.rungs]]
+                [[r.key, r.label, r.name, [self.instr(i) for i in r.code]] for r in u.rungs],
+                *([] if u.external is None else [list(astuple(u.external))])]
 
     def instr(self, i: Instr) -> list:
         row: list = [NUMBER[i.op], self.type(i.type), None if i.operand is None else self.operand(i.operand)]
@@ -199,11 +201,12 @@ class _Reader:
                         None if location is None else Location.parse(location))
 
     def unit(self, row: list, notes: list) -> Unit:
-        kind, name, result, standard, variables, rungs = row
+        kind, name, result, standard, variables, rungs, *external = row
         title, rung_notes = notes
         return Unit(kind, name, tuple(self.variable(v) for v in variables),
                     tuple(self.rung(r, n) for r, n in zip(rungs, rung_notes, strict=True)),
-                    None if result is None else self.types[result], title, standard)
+                    None if result is None else self.types[result], title, standard,
+                    External(*external[0]) if external else None)
 
     def rung(self, row: list, notes: list) -> RungCode:
         key, label, name, code = row

@@ -28,6 +28,7 @@ OPCODES: tuple[str, ...] = (
     "GT", "GE", "EQ", "NE", "LE", "LT", "GT(", "GE(", "EQ(", "NE(", "LE(", "LT(",
     ")", "NOT",
     "JMP", "JMPC", "JMPCN", "LABEL", "CAL", "CALC", "CALCN", "RET", "RETC", "RETCN", "FN",
+    "EXT",
 )
 NUMBER: dict[str, int] = {op: n for n, op in enumerate(OPCODES)}
 
@@ -46,6 +47,8 @@ class Instr:
     JMPC jumps, CALC calls and RETC returns when the accumulator is TRUE, CN forms when it is FALSE;
     none of them changes the accumulator. After CAL and LABEL it is undefined.
     CAL calls the instance in ``operand``; pins were stored by ST before.
+    EXT runs the native code of the unit (``Unit.external``) on the instance that is executed; after it
+    the accumulator is undefined.
     ``element``: index of the rung's element that it comes from, -1 for none.
     """
 
@@ -74,6 +77,23 @@ class RungCode:
 
 
 @dataclass(frozen=True, slots=True)
+class External:
+    """Native code of a component (DESIGN section 6): ``void entry(const in *, out *, state *, uint32_t dt_us)``.
+
+    Members of ``in`` are the unit's inputs, of ``out`` its outputs without ``ENO``, of ``state`` its locals,
+    in the order and with the names of the unit's variables. ``digest``: SHA-256 over sources, header and
+    flags. ``processor``: master or slave; ``period``: nanoseconds between two executions on a slave, or None.
+    """
+
+    component: str
+    entry: str
+    language: str
+    digest: str
+    processor: str = "master"
+    period: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Unit:
     """A POU in IL. ``variables`` holds pins, locals, hidden memories and temporaries in order. The
     result of a FUNCTION is kept in a local variable with the function's own name."""
@@ -85,6 +105,7 @@ class Unit:
     result: Type | None = None
     title: str | None = None
     standard: bool = False
+    external: External | None = None
 
     @property
     def arguments(self) -> tuple[Variable, ...]:
