@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from ldc.source import Span
@@ -21,6 +21,22 @@ class Label:
 
     span: Span
     text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where in a drawing a label is: the POU, the rung (number, name), the element and its position there,
+    in words; empty what is not known. ``picture(width, colour)``: lines that show the rung."""
+
+    pou: str
+    rung: str = ""
+    element: str = ""
+    position: str = ""
+    picture: Callable[[int, bool], list[str]] | None = field(default=None, compare=False)
+
+
+Locate = Callable[[Span, str], Place | None]
+"""The place of a span in a drawing, None when it is in none; marked in the picture with a style."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +104,9 @@ class Diagnostics:
 
 
 class Invalid(Exception):
-    """The input is wrong and the caller cannot go on; carries the findings."""
+    """The input is wrong and the caller cannot go on; carries the findings, and what finds them in
+    drawings."""
 
-    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        self.diagnostics = tuple(diagnostics)
+    def __init__(self, diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> None:
+        self.diagnostics, self.locate = tuple(diagnostics), locate
         super().__init__("; ".join(f"{d.code} {d.message}" for d in self.diagnostics))

@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from ldc.diagnostics import Diagnostic, Severity
+from ldc.diagnostics import Diagnostic, Locate, Place, Severity
 from ldc.source import SourceFile
 
 SHOWN = 50
@@ -30,12 +30,14 @@ def paint(style: str, text: str, color: bool) -> str:
 
 
 def render(
-    diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int = 100, limit: int = SHOWN
+    diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int = 100, limit: int = SHOWN,
+    locate: Locate | None = None,
 ) -> str:
     """All findings with their source lines, and the summary; empty when there are none.
 
     `width` is that of the terminal in columns: source lines longer than it are cut around the label.
     Errors are shown before warnings when not all are, so that what stops the build is never hidden.
+    `locate` tells where in a drawing a label is, and draws that rung.
     """
     found = list(diagnostics)
     if not found:
@@ -44,7 +46,7 @@ def render(
     if len(found) > limit:
         keep = sorted(range(len(found)), key=lambda i: found[i].severity is not Severity.ERROR)[:limit]
         shown = [found[i] for i in sorted(keep)]
-    blocks = [_block(diagnostic, color, width) for diagnostic in shown]
+    blocks = [_block(diagnostic, color, width, locate) for diagnostic in shown]
     if len(found) > len(shown):
         blocks.append(f"... and {len(found) - len(shown)} more, not shown\n")
     worst = "error" if any(d.severity is Severity.ERROR for d in found) else "warning"
@@ -80,7 +82,7 @@ class _Mark:
     primary: bool
 
 
-def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
+def _block(diagnostic: Diagnostic, color: bool, width: int, locate: Locate | None) -> str:
     severity = diagnostic.severity.value
     head = paint(severity, f"{severity}[{diagnostic.code}]", color)
     lines = [head + paint("title", f": {visible(diagnostic.message)}", color)]
@@ -88,6 +90,9 @@ def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
     gutter = max((len(str(line)) for group in marks.values() for line in group), default=0)
     for index, (source, group) in enumerate(marks.items()):
         lines += _excerpt(diagnostic, source, group, index == 0, gutter, color, width)
+    place = locate(diagnostic.primary.span, severity) if locate and diagnostic.primary else None
+    if place:
+        lines += _place(place, gutter, color, width)
     if diagnostic.help:
         if marks:
             lines.append(" " * gutter + paint("frame", " |", color))
@@ -97,6 +102,17 @@ def _block(diagnostic: Diagnostic, color: bool, width: int) -> str:
         )
         lines += [" " * (gutter + 9) + line for line in rest]
     return "\n".join(lines) + "\n"
+
+
+def _place(place: Place, gutter: int, color: bool, width: int) -> list[str]:
+    """Where in a drawing it is, and the rung."""
+    bar = " " * (gutter + 1) + paint("frame", "|", color)
+    where = ", ".join(filter(None, (place.pou, place.rung, f"{place.element} {place.position}".strip())))
+    lines = [bar, " " * (gutter + 1) + paint("frame", "= ", color) + f"in {visible(where)}"]
+    if place.picture is not None:
+        lines.append(bar)
+        lines += [f"{bar} {line}".rstrip() for line in place.picture(width - gutter - 3, color)]
+    return lines
 
 
 def _visible_lines(text: str) -> list[str]:

@@ -10,31 +10,33 @@ from urllib.parse import quote
 
 from ldc import __version__
 from ldc.codes import page
-from ldc.diagnostics import Diagnostic, Label
+from ldc.diagnostics import Diagnostic, Label, Locate, Place
 
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def json_report(diagnostics: Iterable[Diagnostic]) -> str:
+def json_report(diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> str:
     """One array of objects with `code`, `severity`, `message`, `help`, `primary` (null when a finding has no
     place) and `secondary`; places have `file`, `line`, `column`, `end_line`, `end_column` (from 1, the end
-    is the first character after) and `label`."""
+    is the first character after) and `label`. In a drawing also `drawn`: `pou`, `rung`, `element`, `position`
+    in words (DESIGN section 9)."""
     items = [
         {
             "code": d.code,
             "severity": d.severity.value,
             "message": d.message,
             "help": d.help,
-            "primary": _place(d.primary) if d.primary else None,
-            "secondary": [_place(label) for label in d.secondary],
+            "primary": _place(d.primary) | _drawn(d.primary, locate) if d.primary else None,
+            "secondary": [_place(label) | _drawn(label, locate) for label in d.secondary],
         }
         for d in diagnostics
     ]
     return _dumps(items)
 
 
-def sarif_report(diagnostics: Iterable[Diagnostic]) -> str:
-    """One SARIF run; a rule is a code, its help the page that `ldc explain` prints."""
+def sarif_report(diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> str:
+    """One SARIF run; a rule is a code, its help the page that `ldc explain` prints. Places in drawings are
+    logical locations."""
     found = list(diagnostics)
     rules = sorted({d.code for d in found})
     log = {
@@ -50,7 +52,7 @@ def sarif_report(diagnostics: Iterable[Diagnostic]) -> str:
                     }
                 },
                 "columnKind": "unicodeCodePoints",
-                "results": [_result(d, rules.index(d.code)) for d in found],
+                "results": [_result(d, rules.index(d.code), locate) for d in found],
             }
         ],
     }
@@ -71,6 +73,15 @@ def _place(label: Label) -> dict[str, Any]:
     }
 
 
+def _drawn(label: Label, locate: Locate | None) -> dict[str, Any]:
+    found = locate(label.span, "") if locate else None
+    return {"drawn": _words(found)} if found else {}
+
+
+def _words(place: Place) -> dict[str, str]:
+    return {"pou": place.pou, "rung": place.rung, "element": place.element, "position": place.position}
+
+
 def _rule(code: str) -> dict[str, Any]:
     found = page(code)
     if found is None:
@@ -82,7 +93,7 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _result(diagnostic: Diagnostic, rule: int) -> dict[str, Any]:
+def _result(diagnostic: Diagnostic, rule: int, locate: Locate | None) -> dict[str, Any]:
     text = diagnostic.message + (f"\nhelp: {diagnostic.help}" if diagnostic.help else "")
     result: dict[str, Any] = {
         "ruleId": diagnostic.code,
@@ -91,13 +102,15 @@ def _result(diagnostic: Diagnostic, rule: int) -> dict[str, Any]:
         "message": {"text": text},
     }
     if diagnostic.primary:
-        result["locations"] = [_location(diagnostic.primary)]
+        result["locations"] = [_location(diagnostic.primary, locate)]
     if diagnostic.secondary:
-        result["relatedLocations"] = [{"id": n, **_location(s)} for n, s in enumerate(diagnostic.secondary)]
+        result["relatedLocations"] = [
+            {"id": n, **_location(s, locate)} for n, s in enumerate(diagnostic.secondary)
+        ]
     return result
 
 
-def _location(label: Label) -> dict[str, Any]:
+def _location(label: Label, locate: Locate | None) -> dict[str, Any]:
     place = _place(label)
     location: dict[str, Any] = {
         "physicalLocation": {
@@ -112,6 +125,11 @@ def _location(label: Label) -> dict[str, Any]:
     }
     if label.text:
         location["message"] = {"text": label.text}
+    found = locate(label.span, "") if locate else None
+    if found:
+        words = _words(found)
+        name = "/".join(text for text in (found.pou.rpartition(" ")[2], found.rung, found.element) if text)
+        location["logicalLocations"] = [{"fullyQualifiedName": name, "kind": "element", "properties": words}]
     return location
 
 

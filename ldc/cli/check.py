@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 from ldc import pipeline
-from ldc.cli.compiling import progress
+from ldc.cli.compiling import locator, progress
 from ldc.cli.console import OK, WRONG, report, say
 from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources, find_sources
@@ -25,12 +25,13 @@ def run(options: argparse.Namespace) -> int:
                 sources, pipeline.Options(verify=not options.no_verify, keep=False, progress=tell)
             )
         diagnostics.extend(result.diagnostics)
+    locate = locator(result) if result else None
     if options.format == "human":
-        status = report(diagnostics)
+        status = report(diagnostics, locate)
         if status == OK and result:
             say(_what_was_checked(sources, result))
         return status
-    sys.stdout.write((json_report if options.format == "json" else sarif_report)(diagnostics))
+    sys.stdout.write((json_report if options.format == "json" else sarif_report)(diagnostics, locate))
     return WRONG if diagnostics.has_errors else OK
 
 

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 
 from ldc import pipeline
 from ldc.cli.console import is_terminal, report
-from ldc.diagnostics import Invalid, Severity
+from ldc.diagnostics import Invalid, Locate, Severity
+from ldc.draw import Locator, pins_from
 from ldc.manifest import Sources
 
 _QUIET = 0.5
@@ -27,9 +28,14 @@ def compiled(
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, progress=tell)
         result = pipeline.compile_project(sources, options)
     if result.diagnostics.has_errors:
-        raise Invalid(result.diagnostics)
-    report(d for d in result.diagnostics if d.severity is not Severity.NOTE)
+        raise Invalid(result.diagnostics, locator(result))
+    report((d for d in result.diagnostics if d.severity is not Severity.NOTE), locator(result))
     return result
+
+
+def locator(result: pipeline.Compiled) -> Locate:
+    """Finds what is wrong in the drawings of a project."""
+    return Locator(result.project.files, pins_from(result.model.signatures))
 
 
 @contextmanager

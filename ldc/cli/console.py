@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable
 from typing import IO
 
-from ldc.diagnostics import Diagnostic, Severity
+from ldc.diagnostics import Diagnostic, Locate, Severity
 from ldc.render import render
 
 OK, WRONG, USAGE, INTERNAL = 0, 1, 2, 3
@@ -48,8 +48,8 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def report(diagnostics: Iterable[Diagnostic]) -> int:
-    """Show findings on standard error; the status that they mean.
+def report(diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> int:
+    """Show findings on standard error; the status that they mean. `locate` finds them in drawings.
 
     Findings of the LD09xx group say that ldc's own result is wrong: they end as an internal fault.
     """
@@ -57,7 +57,7 @@ def report(diagnostics: Iterable[Diagnostic]) -> int:
     if found:
         width = shutil.get_terminal_size((100, 24)).columns if is_terminal(sys.stderr) else 100
         sys.stdout.flush()
-        sys.stderr.write(render(found, color=wants_color(sys.stderr), width=width))
+        sys.stderr.write(render(found, color=wants_color(sys.stderr), width=width, locate=locate))
     internal = [d for d in found if d.code.startswith("LD09") and d.severity is Severity.ERROR]
     if internal:
         raise InternalFault(f"{internal[0].code} {internal[0].message}", render(found, limit=1000))

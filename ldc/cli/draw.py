@@ -11,7 +11,7 @@ from ldc.cli.console import Failure, UsageError, is_terminal, report, wants_colo
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics
-from ldc.draw import notes_of, pins_from, pou_text, project_svg, rung_svg, rung_text
+from ldc.draw import Locator, notes_of, pins_from, pou_text, project_svg, rung_svg, rung_text
 from ldc.model import resolve
 from ldc.parser import ast, parse_file
 
@@ -21,9 +21,9 @@ def run(options: argparse.Namespace) -> int:
     diagnostics = Diagnostics()
     sources = read([options.source])
     project = ast.Project(tuple(parse_file(file, diagnostics) for file in sources.files))
-    status = report(diagnostics)
     # Which pins a block has is all that a drawing needs to know of the model; `ldc check` is for the rest.
     signatures = resolve(project, Diagnostics(), sources.settings).signatures
+    status = report(diagnostics, Locator(project.files, pins_from(signatures)))
     comments = tuple(comment for file in project.files for comment in file.comments)
     settings = {"pins_of": pins_from(signatures)}
     if not options.svg:

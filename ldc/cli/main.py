@@ -59,7 +59,7 @@ def _run(arguments: Sequence[str]) -> int:
         say(f"ldc {options.command}: {visible(str(error))}")
         return WRONG
     except Invalid as error:
-        return report(error.diagnostics) or WRONG
+        return report(error.diagnostics, error.locate) or WRONG
 
 
 def _internal(error: Exception, arguments: Sequence[str]) -> int:

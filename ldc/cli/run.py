@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.cli.compiling import compiled
+from ldc.cli.compiling import compiled, locator
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
             scan()
             sample()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
-    return report(fault.diagnostic() for fault in machine.faults)
+    return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
 def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | None) -> Machine:

@@ -11,21 +11,23 @@ from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, plcopen
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """``name`` as people call it; ``suffixes`` (lower case) that its files usually have."""
+    """``name`` as people call it; ``suffixes`` (lower case) that its files usually have. ``position``: of
+    the drawn element that begins at a span, in words; None when the line says it."""
 
     name: str
     suffixes: tuple[str, ...]
     recognises: Callable[[SourceFile], bool]
     read: Callable[[SourceFile, Diagnostics], ast.File]
+    position: Callable[[Span], str] | None = None
 
 
 FORMATS: tuple[Format, ...] = (
-    Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read),
+    Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
 )
 """Asked in this order."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ldc.parser.plcopen.drawing import position
 from ldc.parser.plcopen.project import is_xml, read
 
-__all__ = ["is_xml", "read"]
+__all__ = ["is_xml", "position", "read"]

@@ -119,7 +119,7 @@ class Pins:
         if at is None:
             return None
         value = self.writer.value(at) if isinstance(at, str) else self.writer.expression(at, self.element)
-        if value is not None and pin.edge:
+        if pin.edge:
             if not isinstance(value, _VARIABLES) or pin.negated:
                 findings.unsupported(
                     self.writer.diagnostics, pin.node.span,
@@ -179,7 +179,7 @@ class Pins:
         texts_ = [t.node.find("expression").content for t in targets if t.node.find("expression") is not None]
         if pin.text is not None:
             texts_.append(pin.text)
-        places = [p for p in (writer.expression(text, self.element) for text in texts_) if p is not None]
+        places = [writer.expression(text, self.element) for text in texts_]
         wanted = [e for e in writer.readers(output) if e not in targets]
         net = writer.tail(output, span) if wanted else None
         after: list[tuple] = []

@@ -25,12 +25,16 @@ def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) ->
     places = _Places(groups)
     names, other = _labels(drawing, places)
     titles = _titles(drawing, places)
-    rungs = []
+    rungs: list[ast.Rung] = []
+    unread: list[tuple[int, ast.Rung]] = []
     for index, group in enumerate(groups):
-        rung = RungWriter(drawing, group, other, diagnostics).rung(names.get(index), titles.get(index))
-        if rung is not None:
+        writer = RungWriter(drawing, group, other, diagnostics)
+        rung = writer.rung(names.get(index), titles.get(index))
+        if rung is not None and writer.failed:
+            unread.append((len(rungs), rung))
+        elif rung is not None:
             rungs.append(rung)
-    return ast.LadderBody(tuple(rungs), body.whole)
+    return ast.LadderBody(tuple(rungs), body.whole, tuple(unread))
 
 
 def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:

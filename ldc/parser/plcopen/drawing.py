@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -18,6 +19,11 @@ RAIL: Output = ("", "")
 ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVariable", "jump", "return",
             "connector", "continuation", "leftPowerRail")
 _IGNORED = ("rightPowerRail", "comment", "label", "vendorElement", "documentation", "addData")
+
+_POSITION = re.compile(r"<(?:[\w.-]+:)?position\s([^>]*)>")
+_COORDINATE = re.compile(r"""\b([xy])\s*=\s*["'](-?\d+(?:\.\d+)?)""")
+_NEAR = 100_000
+"""Characters behind its beginning in which the last element of a text has its position."""
 
 
 @dataclass(slots=True, eq=False)
@@ -211,6 +217,18 @@ class Drawing:
             for pin in element.inputs:
                 pin.sources = frozenset(o for o in first[id(pin)] if o == RAIL
                                         or self.elements[o[0]].kind != "continuation")
+
+
+def position(span: Span) -> str:
+    """Where the element that holds the beginning of a span is drawn, in words: `at (40, 60)`."""
+    text = span.source.text
+    begin = text.rfind("localId", 0, span.end)
+    end = text.find(" localId", max(begin, span.end) + 1)
+    found = _POSITION.search(text, max(begin, 0), end if end >= 0 else min(len(text), span.end + _NEAR))
+    if begin < 0 or found is None:
+        return ""
+    at = dict(pair[:2] for pair in _COORDINATE.findall(found[1]))
+    return f"at ({at.get('x', '0')}, {at.get('y', '0')})"
 
 
 def output_of(block: Element, name: str) -> str:

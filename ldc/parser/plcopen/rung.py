@@ -38,7 +38,8 @@ class Step:
 
 
 class RungWriter:
-    """Collects the steps of one rung."""
+    """Collects the steps of one rung. ``failed``: a part could not be read (a finding tells), the rung is
+    only good to be shown."""
 
     def __init__(
         self, drawing: Drawing, group: list[Element], labels: dict[str, str], diagnostics: Diagnostics
@@ -70,7 +71,7 @@ class RungWriter:
             else:
                 getattr(self, f"_{element.kind}")(element)
         self._values()
-        if self.failed or not self.steps:
+        if not self.steps:
             return None
         span = self.group[0].node.span
         return ast.Rung(name, title, self._paths(self._ordered()), span, None)
@@ -113,23 +114,24 @@ class RungWriter:
 
     # ---- expressions
 
-    def expression(self, span: Span | None, element: Element) -> ast.Expr | None:
+    def expression(self, span: Span | None, element: Element) -> ast.Expr:
+        """What is written there; when that cannot be read, a name that shows it."""
         if span is None or span.start == span.end:
             findings.malformed(self.diagnostics, element.node.span,
                                f"{self.drawing.where}: {element.describe()} has no variable",
                                "name a variable in the editor that the file comes from")
             self.failed = True
-            return None
+            return ast.Name("?", element.node.span)
         found = texts.expression(span, self.diagnostics)
         self.failed |= found is None
-        return found
+        return ast.Name(texts.line(span.text), span) if found is None else found
 
-    def value(self, id_: str) -> ast.Expr | None:
+    def value(self, id_: str) -> ast.Expr:
         """The expression in an input variable."""
         element = self.drawing.elements[id_]
         text = element.node.find("expression")
         found = self.expression(text.content if text is not None else None, element)
-        return texts.negated(found) if found is not None and element.node.flag("negated") else found
+        return texts.negated(found) if element.node.flag("negated") else found
 
     def value_at(self, pin: Input) -> str | Span | None:
         """What is written at a pin instead of a wire: the id of an input variable, or a place."""
@@ -148,10 +150,8 @@ class RungWriter:
             if element.kind not in ("inVariable", "inOutVariable"):
                 continue
             self.at = (*min(user.order for user in self.readers(output)), -1)
-            found = self.value(output[0])
-            if found is not None:
-                tail = self.tail(output, element.node.span)
-                self.add(ast.Contact("", found, element.node.span), RAIL_NET, tail)
+            contact = ast.Contact("", self.value(output[0]), element.node.span)
+            self.add(contact, RAIL_NET, self.tail(output, element.node.span))
 
     # ---- elements
 
@@ -159,8 +159,6 @@ class RungWriter:
         node = element.node
         text = node.find("variable")
         expr = self.expression(text.content if text is not None else None, element)
-        if expr is None:
-            return
         modifier = _MODIFIERS.get(node.get("edge"), "")
         if node.flag("negated"):
             modifier = {"": "/", "P": "N", "N": "P"}[modifier]
@@ -182,8 +180,6 @@ class RungWriter:
                     "a coil does one of these", "draw the negation as a contact before it")
                 self.failed = True
             modifier = "/"
-        if target is None:
-            return
         item = ast.Coil(modifier, target, node.span)
         self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
 
@@ -193,13 +189,10 @@ class RungWriter:
             return
         text = node.find("expression")
         target = self.expression(text.content if text is not None else None, element)
-        if target is None:
-            return
         value = self.value_at(pin)
         if value is not None:
             source = self.value(value) if isinstance(value, str) else self.expression(value, element)
-            if source is not None:
-                self.function("NOT" if node.flag("negated") else "MOVE", source, target, node.span)
+            self.function("NOT" if node.flag("negated") else "MOVE", source, target, node.span)
         elif len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not node.flag("negated"):
             net = self.net(pin)
             junction = ast.Junction(net, node.span)

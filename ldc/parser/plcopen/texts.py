@@ -81,6 +81,11 @@ def negated(expr: ast.Expr) -> ast.Expr:
     return ast.Unary("NOT", expr, expr.span)
 
 
+def line(text: str) -> str:
+    """The beginning of a text in one line."""
+    return " ".join(text[:200].split())[:40]
+
+
 def prose(node: Node | None) -> str:
     """The words in an element, in one line."""
     if node is None:
