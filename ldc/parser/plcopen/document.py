@@ -39,11 +39,14 @@ class Node:
     start: int
     closing: int = 0
     children: Sequence[Node] = field(default=(), repr=False)
+    _inside: int = field(default=-1, repr=False)
 
     @property
     def inside(self) -> int:
-        head = _HEAD.match(self.document.source.text, self.start)
-        return head.end() if head else self.start
+        if self._inside < 0:
+            head = _HEAD.match(self.document.source.text, self.start)
+            self._inside = head.end() if head else self.start
+        return self._inside
 
     @property
     def stop(self) -> int:
@@ -71,13 +74,14 @@ class Node:
         return (child for child in self.children if child.tag in tags)
 
     def descendants(self, *tags: str) -> Iterator[Node]:
-        """In the order of the document; those of a matching node are not searched."""
+        """In the order of the document; those of a matching node are not searched, nor are bodies below
+        this node: what is looked for by name stands beside them, and they are nearly all of a file."""
         work = list(reversed(self.children))
         while work:
             node = work.pop()
             if node.tag in tags:
                 yield node
-            else:
+            elif node.tag != "body":
                 work += reversed(node.children)
 
     def get(self, name: str) -> str:
