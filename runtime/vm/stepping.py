@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from ldc.il.flat import Flat, flatten
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr, Unit
 from ldc.types import BOOL, Type, storage
 from runtime.faults import FAULTS
 from runtime.faults import Place as CodePlace
-from runtime.vm.control import Flat, flatten
 from runtime.vm.frame import Frame, enter_function
 from runtime.vm.machine import Machine, Schedule
 
