@@ -21,13 +21,16 @@ from msgspec import Meta, Struct
 from ldc.diagnostics import Diagnostics
 from ldc.durations import parse_duration
 from ldc.model.settings import Settings, TaskSetting
+from ldc.parser.formats import SUFFIXES
 from ldc.reading import missing, read_source
 from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
 
 NAME = "ldc.toml"
-EXTENSIONS = (".ld", ".st", ".il", ".xml")
+EXTENSIONS = tuple(dict.fromkeys((".ld", ".st", ".il", *SUFFIXES)))
+OPENPLC = "project.json"
+_POU_ENDINGS = (".ld", ".fbd", ".st", ".il", ".py", ".cpp")
 
 Name = Annotated[str, Meta(min_length=1)]
 Role = Literal["master", "slave"]
@@ -98,9 +101,10 @@ class Sources:
 
 
 def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sources:
-    """Read what the arguments name: `.ld` `.st` `.il` `.xml` files, an `ldc.toml`, or folders with one.
+    """Read what the arguments name: sources, an `ldc.toml`, or folders with one; or the folder or
+    `project.json` of an OpenPLC project, which means that file and those under `pous`.
 
-    Files keep the order of the arguments, those of a project are sorted by path; a file that is named
+    Files keep the order of the arguments, those of a project that of its globs; a file that is named
     twice is read once. What cannot be read is left out, with a finding.
     """
     found: dict[Path, str] = {}
@@ -108,11 +112,14 @@ def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sourc
     for argument in map(str, paths):
         path = Path(argument)
         if os.path.isdir(argument):
-            if not (path / NAME).is_file():
+            name = next((name for name in (NAME, OPENPLC) if (path / name).is_file()), None)
+            if name is None:
                 _no_manifest(path, argument, diagnostics)
                 continue
-            path = path / NAME
-        if path.suffix.lower() in EXTENSIONS:
+            path = path / name
+        if path.name.lower() == OPENPLC and path.is_file():
+            found = {_real(p): _shown(p) for p in _openplc_files(path)} | found
+        elif path.suffix.lower() in EXTENSIONS:
             found.setdefault(_real(path), argument)
         elif path.suffix.lower() == ".toml" and not path.name.lower().endswith(".ldc.toml"):
             if _real(path) not in manifests:
@@ -222,8 +229,13 @@ def _check_processors(tables: Tables, processors: dict[str, str]) -> None:
 
 
 def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
-    """The files that the globs of a project mean, each once, sorted by path."""
-    files: set[Path] = set()
+    """The files that the globs of a project mean, each once: globs that are written in their order, with
+    what each finds sorted by path; what the usual ones find sorted all together."""
+    files: dict[Path, None] = {}
+
+    def by_path(path: Path) -> tuple[str, ...]:
+        return path.relative_to(manifest.folder).parts
+
     for pattern in manifest.sources:
         try:
             hits = [
@@ -242,14 +254,22 @@ def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
                 f"looked in `{_shown(manifest.folder)}`",
                 help="sources are .ld, .st and .il files; folders whose name begins with a dot are left out",
             )
-        files.update(hits)
-    if not files and not manifest.value_span("project", "sources"):
+        files |= dict.fromkeys(sorted(hits, key=by_path))
+    written = manifest.value_span("project", "sources")
+    if not files and not written:
         diagnostics.error(
             "LD0607",
             f"the project `{manifest.name}` has no sources",
             help=f"put a .ld file beside `{manifest.source.path}`, or name the sources under [project]",
         )
-    return sorted(files, key=lambda path: path.relative_to(manifest.folder).parts)
+    return list(files) if written else sorted(files, key=by_path)
+
+
+def _openplc_files(project: Path) -> list[Path]:
+    """The file of an OpenPLC project and those of its POUs, sorted by path."""
+    pous = (path for path in (project.parent / "pous").rglob("*")
+            if path.suffix.lower() in _POU_ENDINGS and path.is_file())
+    return [project, *sorted(pous)]
 
 
 def _hidden(path: Path, folder: Path) -> bool:

@@ -78,7 +78,7 @@ def test_every_key_is_read(folder: Path) -> None:
     diagnostics = Diagnostics()
     sources = find_sources(["."], diagnostics)
     assert not list(diagnostics)
-    assert [file.path for file in sources.files] == ["blocks/x.st", "src/a.ld", "src/b.ld"]
+    assert [file.path for file in sources.files] == ["src/a.ld", "src/b.ld", "blocks/x.st"]
     manifest = sources.manifest
     assert (manifest.name, manifest.version, manifest.modules) == ("conveyor", "1.2.0", ("infeed", "press"))
     assert manifest.processors == {"main": "master", "axis": "slave"}

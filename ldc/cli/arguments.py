@@ -43,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _run, _fmt, _draw, _bench, _explain, _doctor):
+    for add in (_new, _check, _compile, _run, _fmt, _draw, _import, _bench, _explain, _doctor):
         add(commands)
     return parser
 
@@ -172,6 +172,23 @@ def _draw(commands) -> None:
         "--rung", metavar="NAME", help="only this rung: its name, or its number in the program"
     )
     parser.add_argument("--svg", metavar="OUT.svg", help="write an SVG instead; - is standard output")
+
+
+def _import(commands) -> None:
+    parser = _command(
+        commands,
+        "import",
+        "make a project of text files from a project of another tool",
+        "  ldc import plc.xml -o plant\n  ldc import plc.xml -o plant --keep-going",
+    )
+    parser.add_argument("files", nargs="+", metavar="FILE", help="what the other tool wrote")
+    parser.add_argument(
+        "-o", dest="folder", metavar="DIR", required=True,
+        help="the folder to make; it must be empty or not there yet",
+    )
+    parser.add_argument(
+        "--keep-going", action="store_true", help="with errors in the file, write what could be read"
+    )
 
 
 def _bench(commands) -> None:

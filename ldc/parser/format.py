@@ -178,10 +178,7 @@ class _Printer:
     # ---- program organisation units
 
     def _pou(self, pou: ast.Pou) -> None:
-        result = "" if pou.result is None else f" : {unparse.type_text(pou.result)}"
-        title = "" if pou.title is None else f" {quoted(pou.title)}"
-        end = self._head_end(pou)
-        self.line(f"{pou.kind} {pou.name}{result}{title}", end)
+        self.line(heading(pou), self._head_end(pou))
         for block in pou.var_blocks:
             self.opened = True
             self.above(block.span.start, "")
@@ -280,10 +277,9 @@ class _Printer:
             if isinstance(part, ast.VarBlock):
                 self._section(part, inner)
             elif isinstance(part, ast.Task):
-                self.line(inner + _task_text(part), part.span.end)
+                self.line(inner + task_text(part), part.span.end)
             else:
-                task = "" if part.task is None else f" WITH {part.task}"
-                self.line(f"{inner}PROGRAM {part.name}{task} : {part.pou};", part.span.end)
+                self.line(inner + program_text(part), part.span.end)
         self._close("END_RESOURCE", resource.span.end, INDENT, inner)
 
 
@@ -291,7 +287,19 @@ def _ordered(*groups: Iterable) -> list:
     return sorted((part for group in groups for part in group), key=lambda part: part.span.start)
 
 
-def _task_text(task: ast.Task) -> str:
+def heading(pou: ast.Pou) -> str:
+    """``FUNCTION name : TYPE "title"``."""
+    result = "" if pou.result is None else f" : {unparse.type_text(pou.result)}"
+    title = "" if pou.title is None else f" {quoted(pou.title)}"
+    return f"{pou.kind} {pou.name}{result}{title}"
+
+
+def program_text(program: ast.ProgramInstance) -> str:
+    task = "" if program.task is None else f" WITH {program.task}"
+    return f"PROGRAM {program.name}{task} : {program.pou};"
+
+
+def task_text(task: ast.Task) -> str:
     given = (("SINGLE", task.single), ("INTERVAL", task.interval), ("PRIORITY", task.priority))
     settings = ", ".join(f"{name} := {unparse.expr_text(e)}" for name, e in given if e is not None)
     return f"TASK {task.name} ({settings});"
