@@ -6,11 +6,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 
 from ldc import pipeline
 from ldc.cli.console import is_terminal, report
 from ldc.diagnostics import Invalid, Locate, Severity
-from ldc.draw import Locator, pins_from
 from ldc.manifest import Sources
 
 _QUIET = 0.5
@@ -35,7 +35,14 @@ def compiled(
 
 def locator(result: pipeline.Compiled) -> Locate:
     """Finds what is wrong in the drawings of a project."""
-    return Locator(result.project.files, pins_from(result.model.signatures))
+
+    @cache
+    def found() -> Locate:
+        from ldc.draw import Locator, pins_from  # slow to load, and most compiles have nothing to show
+
+        return Locator(result.project.files, pins_from(result.model.signatures))
+
+    return lambda span, style: found()(span, style)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from xml.sax.saxutils import escape
+from html import escape
 
 from ldc.draw.arrange import Arrangement, arrange
 from ldc.draw.labels import BlockPins, Options, fold, notes_of, shorten, standard_pins, text_width
@@ -198,7 +198,7 @@ class _Band:
             reach = 6 if symbol.kind == "contact" else 4
             self.out.append(f'<path d="M{x - reach} {y + 8}L{x + reach} {y - 8}"/>')
         elif modifier:
-            self.out.append(f'<text x="{x}" y="{y + 4}" text-anchor="middle">{escape(modifier)}</text>')
+            self.out.append(f'<text x="{x}" y="{y + 4}" text-anchor="middle">{escape(modifier, quote=False)}</text>')
         self.out.append("</g>")
 
     def label(self, label: Label) -> None:
@@ -236,4 +236,4 @@ def _style(base: str, on: bool | None, mark: str | None = None) -> str:
 
 def _text(text: str) -> str:
     """Escaped, and without the characters that XML does not know."""
-    return escape(_UNKNOWN.sub("\ufffd", text))
+    return escape(_UNKNOWN.sub("\ufffd", text), quote=False)
