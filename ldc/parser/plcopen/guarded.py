@@ -22,13 +22,15 @@ Pins = dict[str, tuple[ast.VarDecl, ...]]
 @dataclass(slots=True)
 class Additions:
     """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
-    the project, by name in capitals; ``local``: variables of the POU; ``retyped``: other types for these."""
+    the project, by name in capitals; ``local``: variables of the POU; ``retyped``: other types for these;
+    ``prefix``: of the names of function blocks that are made."""
 
-    interfaces: Mapping[str, Pins] = field(default_factory=dict)
+    interfaces: dict[str, Pins] = field(default_factory=dict)
     local: Mapping[str, ast.VarDecl] = field(default_factory=dict)
     variables: list[ast.VarDecl] = field(default_factory=list)
     retyped: dict[str, str] = field(default_factory=dict)
     pous: dict[str, ast.Pou] = field(default_factory=dict)
+    prefix: str = ""
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""
@@ -40,7 +42,7 @@ class Additions:
         pins = self.interfaces.get(type_.upper()) or _library_pins(type_, span)
         if pins is None or instance.upper() not in self.local:
             return type_
-        name = f"{type_}_EN"
+        name = f"{self.prefix}{type_}_EN"
         self.retyped[instance.upper()] = name
         self.pous.setdefault(name.upper(), _around(name, type_, pins, span))
         return name

@@ -1,0 +1,28 @@
+"""What tells the files of OpenPLC Editor 4 from those of this project, by their content."""
+
+from __future__ import annotations
+
+import re
+
+from ldc.source import SourceFile
+
+_PROJECT = re.compile(r'\s*\{\s*"(?:meta|data)"\s*:')
+DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
+"""The JSON of a drawing, behind the declarations of its POU."""
+
+_LATE_ADDRESS = re.compile(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)
+_HEAD = re.compile(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
+_OTHER_LANGUAGES = (".py", ".cpp")
+
+
+def kind_of(source: SourceFile) -> str | None:
+    """``project``, ``pou``, or None when it is no such file. A POU in a text language is told by an
+    address behind the type (``start : BOOL AT %IX0.0;``), which IEC 61131-3 writes before the colon."""
+    text = source.text
+    if _PROJECT.match(text):
+        return "project"
+    if not _HEAD.match(text):
+        return None
+    if DRAWN.search(text) or _LATE_ADDRESS.search(text) or source.path.lower().endswith(_OTHER_LANGUAGES):
+        return "pou"
+    return None
