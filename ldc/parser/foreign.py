@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, reader
@@ -93,3 +95,14 @@ def supporting(text: str, path: str) -> tuple[ast.Pou, ...]:
     if diagnostics.has_errors:
         raise ValueError("; ".join(f"{d.code} {d.message} at {d.primary.span}" for d in diagnostics))
     return file.pous
+
+
+def stored(package: str, name: str, /, **values: object) -> tuple[ast.Pou, ...]:
+    """Supporting POUs that lie in a package: ``blocks/name.st`` with ``values`` for its ``{fields}``."""
+    text = _text(package, f"{name}.st")
+    return supporting(text.format(**values) if values else text, f"{package.rpartition('.')[2]}/{name}.st")
+
+
+@cache
+def _text(package: str, file: str) -> str:
+    return files(package).joinpath("blocks", file).read_text(encoding="ascii")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast, openplc, plcopen
+from ldc.parser import ast, ldmicro, openplc, plcopen
 from ldc.source import SourceFile, Span
 
 
@@ -29,6 +29,7 @@ class Format:
 FORMATS: tuple[Format, ...] = (
     Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
     Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read),
+    Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
 )
 """Asked in this order."""
 

@@ -1,0 +1,67 @@
+"""Pieces of ladder text as trees at a place of a foreign source: readers say in text what they mean.
+
+The text is ours: names in it are legal, and what is wrong in it is a slip of the reader that made it
+(ValueError), not of the file that is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass, replace
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast
+from ldc.parser.lexer import lex
+from ldc.parser.units import Units
+from ldc.source import SourceFile, Span
+
+
+def items(text: str, span: Span) -> tuple[ast.Item, ...]:
+    """Elements in series: ``[a] { [b] | [c] } (d)``."""
+    rung = _parsed("rung", f"RUNG {text}")
+    return _moved(rung.paths[0].items, span)
+
+
+def expression(text: str, span: Span) -> ast.Expr:
+    return _moved(_parsed("single_expression", text), span)
+
+
+def variable(name: str, type_: str, span: Span, *, initial: str | None = None, location: str | None = None,
+             note: str | None = None) -> ast.VarDecl:
+    """A declaration: ``type_`` and ``initial`` as text."""
+    place = f" AT {location}" if location else ""
+    value = f" := {initial}" if initial else ""
+    (line,) = _parsed("var_line", f"{name}{place} : {type_}{value};")
+    return replace(_moved(line, span), note=note)
+
+
+def path(parts: Iterable[ast.Item], span: Span) -> ast.Path:
+    return ast.Path(tuple(parts), span)
+
+
+def configuration(name: str, program: str, interval: str, span: Span) -> ast.Configuration:
+    """One task on one processor; ``interval`` as text, ``T#10ms``."""
+    priority = ast.Literal(0, None, "0", span)
+    task = ast.Task("scan", expression(interval, span), None, priority, span)
+    instance = ast.ProgramInstance(program, "scan", program, span)
+    return ast.Configuration(name, (), (ast.Resource("master", "master", (), (task,), (instance,), span),), span)
+
+
+def _parsed(symbol: str, text: str):
+    diagnostics = Diagnostics()
+    tokens = lex(SourceFile("fragment", text))
+    tree = Units(tokens, diagnostics).parse(symbol, 0, len(tokens.types), "fragment")
+    if tree is None:
+        raise ValueError(f"`{text}`: " + "; ".join(d.message for d in diagnostics))
+    return tree
+
+
+def _moved(tree, span: Span):
+    """The same tree with all spans at another place. Fragments are shallow: recursion follows their nesting."""
+    if isinstance(tree, Span):
+        return span
+    if isinstance(tree, tuple):
+        return tuple(_moved(part, span) for part in tree)
+    if not is_dataclass(tree):
+        return tree
+    return replace(tree, **{f.name: _moved(getattr(tree, f.name), span) for f in fields(tree)})

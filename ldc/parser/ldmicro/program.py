@@ -1,0 +1,307 @@
+"""An LDmicro project as a file: rungs, subprograms, labels, one task."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import PurePath
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast, fragments
+from ldc.parser.foreign import Names, Reading
+from ldc.parser.ldmicro import arithmetic as numbers
+from ldc.parser.ldmicro import instructions as steps
+from ldc.parser.ldmicro import peripherals
+from ldc.parser.ldmicro.context import Body, Context
+from ldc.parser.ldmicro.text import PARALLEL, Group, Leaf, Text, read_text
+from ldc.parser.ldmicro.variables import Variables, limits, number, sections
+from ldc.source import SourceFile, Span
+
+Handler = Callable[[Context, Leaf], str]
+_CALCULATIONS = ("ADD", "SUB", "MUL", "DIV", "MOD")
+_TIMERS = ("TON", "TOF", "RTO", "RTL", "TCY", "THI", "TLO")
+_COUNTERS = ("CTU", "CTD", "CTC", "CTR")
+HANDLERS: dict[str, tuple[int, Handler]] = {
+    "CONTACTS": (2, steps.contacts), "COIL": (4, steps.coil),
+    **dict.fromkeys(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), (2, steps.comparison)),
+    **dict.fromkeys(("IF_BIT_SET", "IF_BIT_CLEAR"), (2, steps.bit_test)),
+    "SHORT": (0, steps.nothing), "LABEL": (1, steps.nothing), "COMMENT": (0, steps.nothing),
+    "OPEN": (0, steps.opened), "CLRWDT": (0, steps.watchdog),
+    "OSR": (0, steps.rising), **dict.fromkeys(("OSF", "OSL", "OSC"), (0, steps.one_shot)),
+    **dict.fromkeys(_TIMERS, (2, steps.timer)), "TIME2COUNT": (2, steps.time_to_count),
+    **dict.fromkeys(_COUNTERS, (2, steps.counter)), "RES": (1, steps.reset),
+    "MASTER_RELAY": (0, steps.master_relay), "GOTO": (1, steps.goto), "RETURN": (0, steps.leave),
+    "GOSUB": (1, steps.gosub),
+    "MOVE": (2, numbers.move), **dict.fromkeys(_CALCULATIONS, (3, numbers.calculation)),
+    "NEG": (2, numbers.negation), "NOT": (2, numbers.bitwise),
+    **dict.fromkeys(("AND", "OR", "XOR"), (3, numbers.bitwise)),
+    **dict.fromkeys(("SHL", "SR0", "ROL", "ROR"), (3, numbers.shift)), "SHR": (3, numbers.shift_right),
+    "SWAP": (2, numbers.swap), **dict.fromkeys(("SET_BIT", "CLEAR_BIT"), (2, numbers.one_bit)),
+    "SHIFT_REGISTER": (2, numbers.shift_register), "LOOK_UP_TABLE": (4, numbers.look_up),
+    "PIECEWISE_LINEAR": (3, numbers.piecewise),
+    "READ_ADC": (1, peripherals.read_adc), "SET_PWM": (2, peripherals.set_pwm),
+    "PERSIST": (1, peripherals.persist), "UART_RECV": (1, peripherals.uart_receive),
+    "UART_SEND": (1, peripherals.uart_send), "UART_RECV_AVAIL": (0, peripherals.uart_available),
+    **dict.fromkeys(("UART_SEND_READY", "UART_SEND_BUSY", "UART_UDRE"), (0, peripherals.uart_ready)),
+    "FORMATTED_STRING": (1, peripherals.formatted_string),
+}
+_END_OF_RUNG = frozenset((*_CALCULATIONS, "COIL", "RES", "READ_ADC", "SET_PWM", "MASTER_RELAY", "CLRWDT", "GOTO",
+                          "GOSUB", "RETURN", "SHIFT_REGISTER", "LOOK_UP_TABLE", "PIECEWISE_LINEAR", "PERSIST",
+                          "MOVE"))
+_STAY_SAME = _END_OF_RUNG | {"SET_BIT", "CLEAR_BIT", "SHL", "SHR", "SR0", "ROL", "ROR", "AND", "OR", "XOR", "NOT",
+                             "NEG", "SWAP"}
+_LEAVES = ("GOTO", "RETURN")
+_HARMLESS = frozenset((*_LEAVES, "CONTACTS", "EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ", "IF_BIT_SET",
+                       "IF_BIT_CLEAR", "SHORT", "OPEN", "COMMENT"))
+_CYCLE = re.compile(r"\d{1,12}")
+_BREAK = re.compile(r"(?:\\r|\\n|\r|\n)+")
+_FOREIGN_SETTINGS = ("MICRO", "CRYSTAL", "BAUD", "COMPILED", "COMPILER")
+
+
+def project(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
+    """The whole file (codes LD015x)."""
+    reading = Reading(source, "LDmicro", diagnostics)
+    text = read_text(reading)
+    if reading.lost:
+        return ast.File(source, (), (), (), (), (), True, tuple(reading.remarks))
+    for key in _FOREIGN_SETTINGS:
+        if key in text.settings:
+            reading.remark("left out", f"{key}={text.settings[key][0]}", "about the chip", text.settings[key][1])
+    return _Writer(reading, text).file()
+
+
+class _Writer:
+    def __init__(self, reading: Reading, text: Text) -> None:
+        self.reading, self.text = reading, text
+        cycle = _CYCLE.match(text.settings.get("CYCLE", ("", None))[0])
+        self.cycle = int(cycle[0]) if cycle else 0
+        names = Names(reading)
+        self.name = names.fresh(PurePath(reading.source.path).stem)
+        periods = {leaf.span.start: self._period(leaf) for rung in text.rungs for leaf in rung.leaves()
+                   if leaf.word in (*_TIMERS, "TIME2COUNT") and len(leaf.args) > 1}
+        variables = Variables(reading, text, names, limits(text, periods))
+        self.context = Context(reading, names, variables, periods, self._resets())
+        self.master = any(leaf.word == "MASTER_RELAY" for rung in text.rungs for leaf in rung.leaves())
+
+    def _period(self, leaf: Leaf) -> int | None:
+        """Scans of a timer; None when a variable holds them."""
+        delay = number(leaf.args[1])
+        if delay is None and leaf.word != "TIME2COUNT":
+            return None
+        if not self.cycle:
+            self.reading.unsupported(leaf.span, f"{leaf.word} without a cycle time", "set CYCLE: timers count scans")
+            return 1
+        given = number(leaf.args[2]) if len(leaf.args) > 2 else None
+        early = self.text.version == "0.1" and leaf.word in ("TON", "TOF", "RTO")
+        adjust = given if given is not None else -1 if early else 0
+        scans = ((delay or 0) + self.cycle * adjust) // self.cycle
+        if (delay or 0) < self.cycle or scans < 1 or scans >= 1 << 31:
+            self.reading.malformed(leaf.span, f"{leaf.word} of {leaf.args[1]} us lasts {max(scans, 0)} scans",
+                                   help="a timer lasts a scan at least: see CYCLE and the delay")
+            return 1
+        return scans
+
+    def _resets(self) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for word in reversed(_COUNTERS):
+            for rung in self.text.rungs:
+                for leaf in rung.leaves():
+                    if leaf.word == word and leaf.args:
+                        found[leaf.args[0]] = leaf.args[2] if len(leaf.args) > 2 else "0"
+        return found
+
+    # ---- the file
+
+    def file(self) -> ast.File:
+        bodies = self._bodies()
+        blocks = []
+        for name, rungs, span in bodies[1:]:
+            self.context.subprograms[name] = self.context.names.name(name, span, f"SUBPROG {name}")
+        written = [self._body(rungs, not index) for index, (_, rungs, _) in enumerate(bodies)]
+        context, shared = self.context, len(bodies) > 1
+        for (label, _, span), (rungs, body, _) in zip(bodies[1:], written[1:], strict=True):
+            blocks.append(self._subprogram(context.subprograms[label], body, rungs, span))
+        rungs, body, title = written[0]
+        rungs = (*self._beginning(body), *rungs)
+        everything = list(context.variables.found.values())
+        declared = [*_externals(body.used.values(), self.text.head)] if shared else [*sections("VAR", everything)]
+        declared += _instances(body, self.text.head)
+        span = Span(self.reading.source, self.text.head.start, len(self.reading.source.text))
+        main = ast.Pou("PROGRAM", self.name, title, None, tuple(declared), ast.LadderBody(rungs, span), span,
+                       self.text.head)
+        globals_ = sections("VAR_GLOBAL", everything) if shared else ()
+        return ast.File(self.reading.source, (*context.blocks.values(), *blocks, main), (), globals_,
+                        self._configuration(), (), self.reading.lost, tuple(self.reading.remarks))
+
+    def _configuration(self) -> tuple[ast.Configuration, ...]:
+        if not self.cycle:
+            return ()
+        span = self.text.settings["CYCLE"][1]
+        return (fragments.configuration(self.context.names.fresh("plc"), self.name, f"T#{self.cycle}us", span),)
+
+    def _beginning(self, body: Body) -> Iterator[ast.Rung]:
+        """What holds at the beginning of each scan: the master relay is on, nothing was sent."""
+        head = self.text.head
+        for name, element in ((steps.MASTER, "[TRUE] ({})"), (peripherals.SENT, "[TRUE] (R {})")):
+            variable = self.context.variables.found.get(f"+{name}")
+            if variable is not None:
+                body.used[variable.name] = variable
+                items = fragments.items(element.format(variable.name), head)
+                yield ast.Rung(None, None, (fragments.path(items, head),), head)
+
+    def _subprogram(self, name: str, body: Body, rungs: tuple[ast.Rung, ...], span: Span) -> ast.Pou:
+        run = fragments.variable("RUN", "BOOL", span)
+        done = fragments.variable("DONE", "BOOL", span)
+        declared = (ast.VarBlock("VAR_INPUT", (), (run,), span), ast.VarBlock("VAR_OUTPUT", (), (done,), span),
+                    *_externals(body.used.values(), span), *_instances(body, span))
+        first = (fragments.path(fragments.items("[RUN] (DONE)", span), span),
+                 fragments.path(fragments.items("[/RUN] >>RETURN", span), span))
+        return ast.Pou("FUNCTION_BLOCK", name, None, None, declared,
+                       ast.LadderBody((ast.Rung(None, None, first, span), *rungs), span), span, span)
+
+    def _bodies(self) -> list[tuple[str, list[tuple[int, Group]], Span]]:
+        """The rungs of the program and of each subprogram, with their numbers; the program first."""
+        bodies = [("", [], self.text.head)]
+        at = 0
+        for index, rung in enumerate(self.text.rungs):
+            only = rung.parts[0] if len(rung.parts) == 1 else None
+            word = only.word if isinstance(only, Leaf) else ""
+            if word == "SUBPROG" and only.args and not at:
+                if any(only.args[0] == body[0] for body in bodies):
+                    self.reading.malformed(rung.span, f"there are two SUBPROG `{only.args[0][:40]}`")
+                bodies.append((only.args[0], [], only.span))
+                at = len(bodies) - 1
+            elif word == "ENDSUB" and at:
+                at = 0
+            else:
+                bodies[at][1].append((index + 1, rung))
+        if at:
+            self.reading.malformed(bodies[at][2], f"SUBPROG `{bodies[at][0][:40]}` has no ENDSUB")
+        return bodies
+
+    # ---- rungs
+
+    def _body(self, rungs: list[tuple[int, Group]], main: bool) -> tuple[tuple[ast.Rung, ...], Body, str | None]:
+        """The rungs of a POU; comments stand over the rung behind them, the last ones over the POU."""
+        self.context.body = Body()
+        labels = self._labels(rungs)
+        self.context.labels = labels
+        named = set(labels.values())
+        written: list[ast.Rung] = []
+        comments: list[str] = []
+        for index, (_, rung) in enumerate(rungs):
+            if _is_comment(rung):
+                comments.append(_comment(rung.parts[0]))
+            items = () if _is_comment(rung) else self._rung(rung)
+            if not items:
+                continue
+            name = f"rung_{index}"
+            name = name if name in named else None
+            title = " / ".join(filter(None, comments)) or None
+            comments = []
+            written.append(ast.Rung(name, title, (fragments.path(items, rung.span),), rung.span,
+                                    rung.span if name else None))
+        return tuple(written), self.context.body, (" / ".join(filter(None, comments)) or None) if main else None
+
+    def _labels(self, rungs: list[tuple[int, Group]]) -> dict[str, str]:
+        """The name of the rung that each label, and each number that is jumped to, stands for: the first
+        one there that does something; RETURN behind the last."""
+        found: dict[str, str] = {}
+        jumps = {leaf.args[0] for _, rung in rungs for leaf in rung.leaves() if leaf.word == "GOTO" and leaf.args}
+        follows = "RETURN"
+        last = len(self.text.rungs) + 1
+        for index in range(len(rungs) - 1, -1, -1):
+            position, rung = rungs[index]
+            if not _is_comment(rung) and any(leaf.word not in ("LABEL", "COMMENT") for leaf in rung.leaves()):
+                follows = f"rung_{index}"
+            for leaf in rung.leaves():
+                if leaf.word == "LABEL" and leaf.args:
+                    found[leaf.args[0]] = follows
+            for target in jumps:
+                if (value := number(target)) is not None and min(max(value, 1), last) == position:
+                    found[target] = follows
+        for target in jumps:
+            if (value := number(target)) is not None and value >= last:
+                found[target] = "RETURN"
+        return found
+
+    def _rung(self, rung: Group) -> tuple[ast.Item, ...]:
+        leaves = list(rung.leaves())
+        self.context.first = leaves[0].span.start if leaves else -1
+        leaving = next((n for n, leaf in enumerate(leaves) if leaf.word in _LEAVES), len(leaves))
+        for leaf in leaves[leaving + 1 :]:
+            if leaf.word not in _HARMLESS:
+                self.reading.unsupported(leaf.span, f"{leaf.word} behind a jump in the same rung",
+                                         "put what follows a GOTO or RETURN into a rung of its own")
+        items = self._series(rung)
+        if self.master and items:
+            name = self.context.added(steps.MASTER, "BOOL", leaves[0],
+                                      "the power of all rungs between two master relays")
+            items = [*fragments.items(f"[{name}]", rung.span), *items]
+        return tuple(items)
+
+    def _series(self, group: Group) -> list[ast.Item]:
+        items: list[ast.Item] = []
+        for part in group.parts:
+            if isinstance(part, Leaf):
+                items += self._leaf(part)
+            elif part.kind == PARALLEL:
+                items += self._parallel(part, part is group.parts[-1])
+            else:
+                items += self._series(part)
+        return items
+
+    def _parallel(self, group: Group, last: bool) -> list[ast.Item]:
+        """Branches. One that only computes adds no power beside others; behind a branch that ends the rung,
+        power is what it was before."""
+        ends = any(_words(part) & _END_OF_RUNG for part in group.parts)
+        paths = []
+        for part in group.parts:
+            items = self._leaf(part) if isinstance(part, Leaf) else self._series(part)
+            if not ends and _words(part) <= _STAY_SAME and len(group.parts) > 1:
+                items += fragments.items("[FALSE]", part.span)
+            paths.append(fragments.path(items or fragments.items("[TRUE]", part.span), part.span))
+        if ends and not last:
+            paths.append(fragments.path(fragments.items("[TRUE]", group.span), group.span))
+        return [ast.Branches(tuple(paths), group.span)] if paths else []
+
+    def _leaf(self, leaf: Leaf) -> list[ast.Item]:
+        count, handler = HANDLERS.get(leaf.word, (0, None))
+        if handler is None:
+            known = leaf.word in ("PLACEHOLDER", "SUBPROG", "ENDSUB")
+            if known:
+                self.reading.malformed(leaf.span, f"{leaf.word} stands where it has no meaning")
+            else:
+                self.reading.unsupported(leaf.span, f"the instruction {leaf.word[:40]}",
+                                         "docs/import-ldmicro.md lists what is read")
+            return []
+        if len(leaf.args) < count:
+            self.reading.malformed(leaf.span, f"{leaf.word} has {len(leaf.args)} operands of {count}")
+            return []
+        lost, self.reading.lost = self.reading.lost, False
+        text = handler(self.context, leaf)
+        broken, self.reading.lost = self.reading.lost, lost or self.reading.lost
+        return list(fragments.items(text, leaf.span)) if text and not broken else []
+
+
+def _words(part: Leaf | Group) -> set[str]:
+    return {part.word} if isinstance(part, Leaf) else {leaf.word for leaf in part.leaves()}
+
+
+def _is_comment(rung: Group) -> bool:
+    """A rung that begins with a comment is one."""
+    return bool(rung.parts) and isinstance(rung.parts[0], Leaf) and rung.parts[0].word == "COMMENT"
+
+
+def _comment(leaf: Leaf) -> str:
+    return _BREAK.sub(" ", leaf.rest).strip()
+
+
+def _externals(used, span: Span) -> tuple[ast.VarBlock, ...]:
+    declared = tuple(fragments.variable(v.name, v.type, v.span) for v in used)
+    return (ast.VarBlock("VAR_EXTERNAL", (), declared, span),) if declared else ()
+
+
+def _instances(body: Body, span: Span) -> tuple[ast.VarBlock, ...]:
+    declared = tuple(fragments.variable(name, type_, at) for name, (type_, at) in body.instances.items())
+    return (ast.VarBlock("VAR", (), declared, span),) if declared else ()
