@@ -8,7 +8,7 @@ from __future__ import annotations
 import gc
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -27,16 +27,20 @@ from ldc.il import program as il
 from ldc.il import standard, text
 from ldc.il.layout import Layout
 from ldc.il.lower import lower
+from ldc.il.lower_charts import ChartCode
 from ldc.il.lower_statements import lower_body
 from ldc.il.verify import Verdict, verify
 from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve, usage
+from ldc.model.chart_control import Control
 from ldc.model.elements import Coil
 from ldc.model.project import Model, Pou
 from ldc.parser import ast, parse_file
+from ldc.parser.sfc import Body, SfcBody, rungs_of
+from ldc.parser.sfc import bodies as sfc_bodies
 from ldc.parser.statements import StatementBody
-from ldc.symbols import Location
+from ldc.symbols import Location, Variable
 
 # Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C
 # stack since 3.11, so that only the limit is in the way.
@@ -65,6 +69,16 @@ class RungBuild:
     graph: RungGraph | None = None
     turns: tuple[Turn, ...] = ()
     tree: SPTree | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """What was made of a body: its code, and the variables that this needs beside the declared ones."""
+
+    codes: tuple[il.RungCode, ...]
+    builds: tuple[RungBuild, ...]
+    temps: tuple[Variable, ...]
+    hidden: tuple[Variable, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,8 +144,7 @@ class _Compile:
             project = ast.Project(tuple(parse_file(f, self.diagnostics) for f in self.sources.files))
         with self.timed("resolve"):
             self.model = resolve(project, self.diagnostics, self.sources.settings)
-        self.total = sum(len(p.body.rungs) for p in self.model.pous.values()
-                         if isinstance(p.body, ast.LadderBody))
+        self.total = sum(len(rungs_of(p.body)) for p in self.model.pous.values())
         self.nullary = frozenset(
             name for name, s in self.model.signatures.items() if s.kind == "FUNCTION" and not (s.inputs or s.in_outs))
         self.locations = {v.name.upper(): v.location for v in self.model.globals.values() if v.location}
@@ -159,15 +172,30 @@ class _Compile:
             return self.text_pou(pou, scope)
         if isinstance(pou.body, StatementBody):
             return self.statements(pou, scope)
+        if isinstance(pou.body, SfcBody):
+            return self.chart(pou, scope)
         rungs = pou.body.rungs
+        keys = dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
+        made = self.ladder(pou, scope, rungs, keys)
+        return self.unit(pou, [made], tuple(b.code for b in made.builds))
+
+    def unit(self, pou: Pou, bodies: Sequence[_Body], codes: tuple[il.RungCode, ...]
+             ) -> tuple[il.Unit, tuple[RungBuild, ...]]:
+        hidden = (v for body in bodies for v in body.hidden)
+        temps = {v.name: v for body in bodies for v in body.temps}
+        variables = (*pou.variables.values(), *hidden, *temps.values())
+        unit = il.Unit(pou.signature.kind, pou.name, variables, codes, pou.signature.result, pou.title)
+        return unit, tuple(build for body in bodies for build in body.builds)
+
+    def ladder(self, pou: Pou, scope: Scope, rungs: tuple[ast.Rung, ...], keys: dict[int, str]) -> _Body:
+        """The rungs of a body; ``keys`` by identity."""
         locations = self.locations | {
             v.name.upper(): v.location for v in pou.variables.values() if v.location}
         builds, temps, hidden, coils = [], {}, [], []
         targets = {j.target.upper() for rung in rungs for j in _jumps(rung.paths)}
-        keys = rung_keys(rungs, self.diagnostics)
-        for rung, key in zip(rungs, keys):
+        for rung in rungs:
             label = rung.name if rung.name and rung.name.upper() in targets else None
-            lowered = self.rung(rung, key, label, scope, locations, coils)
+            lowered = self.rung(rung, keys[id(rung)], label, scope, locations, coils)
             self.done += 1
             if self.options.progress:
                 self.options.progress(self.done, self.total)
@@ -177,10 +205,46 @@ class _Compile:
                 temps.update((t.name, t) for t in rung_temps)
                 hidden += rung_hidden
         usage.duplicate_coils(pou, coils, self.diagnostics)
-        variables = (*pou.variables.values(), *hidden, *temps.values())
-        unit = il.Unit(pou.signature.kind, pou.name, variables, tuple(b.code for b in builds),
-                       pou.signature.result, pou.title)
-        return unit, tuple(builds)
+        codes = tuple(build.code for build in builds)
+        return _Body(codes, tuple(builds), tuple(temps.values()), tuple(hidden))
+
+    # -- charts
+
+    def chart(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]]:
+        """A sequential function chart: its control as statements, the bodies of its actions each as it is."""
+        rungs = rungs_of(pou.body)
+        keys = dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
+        made = {id(body): self.part(pou, body, keys, f"a{number}_")
+                for number, body in enumerate(sfc_bodies(pou.body), 1)}
+        with self.timed("statements"):
+            parts = scope.chart(self.diagnostics)
+        with self.timed("lower"):
+            taken = (code.key for body in made.values() for code in body.codes)
+            code = ChartCode(taken, self.options.max_paren_depth)
+            for part in parts:
+                if isinstance(part, Control):
+                    code.control(part)
+                else:
+                    code.guarded(part, made[id(part.body)].codes)
+            codes = code.finish()
+        control = _Body((), (), tuple(code.temps.values()), ())
+        return self.unit(pou, (*made.values(), control), codes)
+
+    def part(self, pou: Pou, body: Body, keys: dict[int, str], stem: str) -> _Body:
+        """The body of an action or a transition."""
+        scope = Scope(self.model, pou.name, body)
+        if isinstance(body, ast.LadderBody):
+            return self.ladder(pou, scope, body.rungs, keys)
+        if isinstance(body, ast.TextBody):
+            made = text.parse_unit(replace(pou, body=body), scope, self.diagnostics)
+            return _Body((), (), (), ()) if made is None else _Body(
+                tuple(replace(code, key=f"{stem}{n}") for n, code in enumerate(made.rungs, 1)), (),
+                made.variables[len(pou.variables):], ())
+        with self.timed("statements"):
+            actions = scope.actions(self.diagnostics)
+        with self.timed("lower"):
+            codes, temps = lower_body(actions, self.options.max_paren_depth, stem)
+        return _Body(codes, (), temps, ())
 
     def rung(self, rung: ast.Rung, key: str, label: str | None, scope: Scope,
              locations: dict[str, Location], coils: list) -> tuple[RungBuild, tuple, tuple] | None:
@@ -189,22 +253,40 @@ class _Compile:
             if graph is None:
                 return None
             coils += [(key, e) for e in graph.elements if isinstance(e, Coil)]
-            if not rules.check(graph, self.diagnostics):
-                return None
-        with self.timed("reduce"):
-            turns = schedule(graph)
-            hidden = memories(graph, turns)
-            tree = reduce(graph, turns)
-            rules.note_bridge(graph, tree, self.diagnostics)
-        with self.timed("lower"):
-            lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
-        verdict, code = None, lowered.code
-        if self.options.verify:
-            with self.timed("verify"):
-                verdict = verify(graph, turns, hidden, tree, code.code, lowered.temps, locations,
-                                 self.nullary)
-            if verdict.kind == "wrong":
-                self.wrong(rung, verdict)
+            shape = shape_of(graph, locations)
+        known = self.shapes.get(shape.key) if shape is not None else None
+        lowered = None
+        if known is not None:
+            with self.timed("lower"):
+                hidden = memories(graph, known.turns)
+                shape.remember(hidden)
+                lowered = known.lower(graph, shape, hidden, label)
+        if lowered is None:
+            found = len(self.diagnostics)
+            with self.timed("graph"):
+                if not rules.check(graph, self.diagnostics):
+                    return None
+            with self.timed("reduce"):
+                turns = schedule(graph)
+                hidden = memories(graph, turns)
+                tree = reduce(graph, turns)
+                rules.note_bridge(graph, tree, self.diagnostics)
+            with self.timed("lower"):
+                lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
+            verdict = None
+            if self.options.verify:
+                with self.timed("verify"):
+                    verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
+                                     self.nullary)
+                if verdict.kind == "wrong":
+                    self.wrong(rung, verdict)
+            if shape is not None and known is None and len(self.diagnostics) == found:
+                shape.remember(hidden)
+                self.remember(shape, known_of(graph, shape, turns, tree, lowered, verdict))
+        else:
+            turns, tree, verdict = known.turns, known.tree, known.verdict
+        code = lowered.code
+        if verdict is not None:
             code = replace(code, proof=verdict.kind)
         if self.options.keep:
             build = RungBuild(rung, code, verdict, graph, turns, tree)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ldc.expr import TRUE, Apply, Const, Expr, IndexStep, Load, Place
 from ldc.il.emit import Emitter
 from ldc.il.lower_blocks import BlockLowering
-from ldc.il.program import RungCode
+from ldc.il.program import Instr, RungCode
 from ldc.il.values import Value, disjunction
 from ldc.library import functions
 from ldc.model import actions
@@ -24,16 +24,24 @@ from ldc.types import BOOL, Elementary, storage
 _ARMS = 12
 
 
-def lower_body(body: tuple[actions.Action, ...], max_paren_depth: int | None = None
+def lower_body(body: tuple[actions.Action, ...], max_paren_depth: int | None = None, stem: str = "s"
                ) -> tuple[tuple[RungCode, ...], tuple[Variable, ...]]:
     """The code of each statement (keys ``s1``, ``s2``, ...) and the temporaries of all of them."""
     rungs, temps = [], {}
     for number, action in enumerate(body, 1):
-        emit = Emitter(f"s{number}", max_paren_depth)
+        emit = Emitter(f"{stem}{number}", max_paren_depth)
         _Lowering(emit).action(action)
         rungs.append(RungCode(emit.key, emit.finish(), span=action.span))
         temps.update(emit.temps)
     return tuple(rungs), tuple(temps.values())
+
+
+def lower_together(key: str, body: tuple[actions.Action, ...], max_paren_depth: int | None = None
+                   ) -> tuple[tuple[Instr, ...], tuple[Variable, ...]]:
+    """Several statements as one piece of code, and its temporaries."""
+    emit = Emitter(key, max_paren_depth)
+    _Lowering(emit).body(body)
+    return emit.finish(), tuple(emit.temps.values())
 
 
 @dataclass(slots=True)

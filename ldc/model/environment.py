@@ -12,7 +12,8 @@ from ldc.types import Enum, Type
 
 class Environment(Protocol):
     """Names are given in capitals. ``kind`` is that of the POU, "" outside of one; ``statements``: it is
-    an ST body, whose calls may have outputs; ``taken`` collects the places that these write."""
+    an ST body, whose calls may have outputs; ``taken`` collects the places that these write; ``flags``: steps and
+    actions of the chart that is the body."""
 
     pou: str
     kind: str
@@ -20,6 +21,7 @@ class Environment(Protocol):
     image_bytes: int
     statements: bool
     taken: list[Place]
+    flags: frozenset[str]
 
     def variable(self, key: str) -> tuple[Variable, bool] | None:
         """The variable, and whether it is a global one."""

@@ -47,6 +47,7 @@ class Frame:
     ) -> None:
         self.owner, self.pou, self.kind, self.parent = owner, pou, kind, parent
         self.library, self.image_bytes, self.statements = owner.library, owner.image_bytes, False
+        self.flags: frozenset[str] = frozenset()
         self.broken: set[str] = set()
         self._built: dict[str, Variable | None] = {}
         self._building: list[str] = []

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from ldc.diagnostics import Diagnostics, Label
 from ldc.model import declaration_findings as findings
 from ldc.model.project import Pou
-from ldc.model.walk import callees
-from ldc.parser import ast
+from ldc.model.walk import callees, calls_in
+from ldc.parser import ast, sfc
 from ldc.source import Span
 from ldc.types import Array, Instance
 
@@ -74,15 +74,25 @@ def _callees(
             yield type_.pou, variable.span
     if not functions:
         return
-    if isinstance(pou.body, ast.LadderBody):
-        for rung in pou.body.rungs:
+    for body in sfc.bodies(pou.body) if isinstance(pou.body, sfc.SfcBody) else (pou.body,):
+        yield from _called(key, body, functions)
+    if isinstance(pou.body, sfc.SfcBody):
+        for node in (call for expression in sfc.expressions(pou.body) for call in calls_in(expression)):
+            if node.name.upper() in functions:
+                yield node.name.upper(), node.span
+
+
+def _called(key: str, body: sfc.Body, functions: set[str]) -> Iterator[tuple[str, Span]]:
+    """The FUNCTIONs that a body calls."""
+    if isinstance(body, ast.LadderBody):
+        for rung in body.rungs:
             for name, node in callees(rung):
                 if name.upper() in functions:
                     yield name.upper(), node.span
         return
-    body = pou.body.span
-    for match in _WORD.finditer(body.source.text, body.start, body.end):
+    at = body.span
+    for match in _WORD.finditer(at.source.text, at.start, at.end):
         name = match[1].upper() if match[1] else ""
         # Inside a FUNCTION its own name is its result, unless it is called.
         if name in functions and (name != key or match[2]):
-            yield name, Span(body.source, match.start(1), match.end(1))
+            yield name, Span(at.source, match.start(1), match.end(1))

@@ -236,6 +236,8 @@ def _writable(
     location = variable.location if variable is not None else Location.parse(root)
     if read_only:
         why, help = f"an output of {read_only}", "only the block itself writes its outputs"
+    elif variable is not None and variable.name.upper() in env.flags:
+        why, help = "kept by the chart", "a transition activates steps, a step its actions"
     elif variable is not None and variable.constant:
         why, help = "a constant", "take the CONSTANT away, or write another variable"
     elif variable is not None and variable.kind == "input":

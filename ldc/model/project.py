@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ldc.parser import ast
+from ldc.parser.sfc import SfcBody
+from ldc.parser.statements import StatementBody
 from ldc.source import Span
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
@@ -20,7 +22,7 @@ class Pou:
     signature: Signature
     title: str | None
     variables: dict[str, Variable]
-    body: ast.LadderBody | ast.TextBody
+    body: ast.LadderBody | ast.TextBody | StatementBody | SfcBody
     span: Span
 
     @property

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.library import blocks
+from ldc.model import chart_names
 from ldc.model import declaration_findings as findings
+from ldc.model.chart_names import ACTION, STEP
 from ldc.model.configuration import Configurator
 from ldc.model.frame import Frame
 from ldc.model.names import PREFIX, standard
@@ -16,7 +18,7 @@ from ldc.model.project import Model, Pou
 from ldc.model.settings import Settings
 from ldc.model.sizes import check_sizes
 from ldc.model.type_table import TypeTable
-from ldc.parser import ast
+from ldc.parser import ast, sfc
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
 from ldc.types import Array, Instance, Type
@@ -76,7 +78,9 @@ class _Resolver:
         self._first[key] = span
         if not self.library:
             if key.startswith(PREFIX):
-                findings.reserved_prefix(self.diagnostics, span, name)
+                # IL text may be what the compiler printed: the types of steps and actions come back.
+                if what != "type" or not span.source.path.lower().endswith(".il"):
+                    findings.reserved_prefix(self.diagnostics, span, name)
             elif why := standard(key):
                 findings.reserved_name(self.diagnostics, span, name, why)
         return True
@@ -126,6 +130,8 @@ class _Resolver:
             frame.broken.add("*")
         variables = frame.build()
         pins = {kind: tuple(v for v in variables.values() if v.kind == kind) for kind in _PINS}
+        if isinstance(node.body, sfc.SfcBody):
+            self._add_chart(node, variables, frame)
         result = self._result(node, frame)
         signature = Signature(node.kind, node.name, *(tuple(map(_parameter, pins[k])) for k in _PINS),
                               result=result, standard=self.library)
@@ -136,6 +142,26 @@ class _Resolver:
         self._signatures[key] = signature
         self._built[key] = Pou(signature, node.title, ordered, node.body, node.span)
         return signature
+
+    def _add_chart(self, node: ast.Pou, variables: dict[str, Variable], frame: Frame) -> None:
+        """Add the variables of steps, actions and their control."""
+        transitions: dict[str, Span] = {}
+        for named in (t for t in node.body.transitions if t.name is not None):
+            key = named.name.upper()
+            first = transitions.setdefault(key, named.name_span)
+            taken = None if isinstance(named.condition, sfc.Body) else variables.get(key)
+            if first is not named.name_span or taken is not None:
+                findings.duplicate(self.diagnostics, named.name_span, named.name, "transition",
+                                   first if taken is None else taken.span)
+        for variable in chart_names.variables(node.body):
+            key = variable.name.upper()
+            first = variables.get(key) or frame.declarations().get(key)
+            if first is None and key != node.name.upper():
+                variables[key] = variable
+            elif variable.span is not None:
+                what = {STEP: "step", ACTION: "action"}.get(variable.type, "transition")
+                findings.duplicate(self.diagnostics, variable.span, variable.name, what,
+                                   node.name_span if first is None else first.span)
 
     def _result(self, node: ast.Pou, frame: Frame) -> Type | None:
         if node.kind != "FUNCTION" or node.result is None:

@@ -7,10 +7,21 @@ from collections.abc import Iterable
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Expr, Place
 from ldc.library import blocks
-from ldc.model import actions, elements, expressions, ladder, ladder_blocks, places, statements
+from ldc.model import (
+    actions,
+    chart_control,
+    chart_names,
+    charts,
+    elements,
+    expressions,
+    ladder,
+    ladder_blocks,
+    places,
+    statements,
+)
 from ldc.model.pins import NetOf
 from ldc.model.project import Model
-from ldc.parser import ast
+from ldc.parser import ast, sfc
 from ldc.parser.statements import StatementBody
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
@@ -19,11 +30,11 @@ from ldc.types import Enum, Type
 class Scope:
     """Types the expressions and elements of one POU; without a name only globals are visible.
 
-    It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
+    ``body``: another one than that of the POU, of an action or a transition. It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
     given and returns None then.
     """
 
-    def __init__(self, model: Model, pou_name: str | None = None) -> None:
+    def __init__(self, model: Model, pou_name: str | None = None, body: sfc.Body | None = None) -> None:
         self.model = model
         self.pou = pou_name or ""
         self.image_bytes = model.image_bytes
@@ -33,8 +44,11 @@ class Scope:
         self._globals = model.globals
         self._locals = found.variables if found is not None else {}
         self._known: dict[str, tuple[Variable, bool]] = {}
-        rungs = found.body.rungs if found is not None and isinstance(found.body, ast.LadderBody) else ()
-        self.statements = found is not None and isinstance(found.body, StatementBody)
+        whole = found.body if found is not None else None
+        self.body = whole if body is None else body
+        rungs = self.body.rungs if isinstance(self.body, ast.LadderBody) else ()
+        self.statements = isinstance(self.body, StatementBody | sfc.SfcBody)
+        self.flags = frozenset(chart_names.flags(whole)) if isinstance(whole, sfc.SfcBody) else frozenset()
         self.taken: list[Place] = []
         self._labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
 
@@ -62,7 +76,13 @@ class Scope:
 
     def actions(self, diagnostics: Diagnostics) -> tuple[actions.Action, ...]:
         """The typed statements of a POU with a body in Structured Text."""
-        return statements.body(self, self.model.pous[self.pou.upper()].body.statements, diagnostics)
+        return statements.body(self, self.body.statements, diagnostics)
+
+    def chart(self, diagnostics: Diagnostics) -> tuple[chart_control.Part, ...]:
+        """What the chart that is the body of the POU does, in the order of execution."""
+        damaged = self.pou.upper() in self.model.damaged
+        made = charts.chart(self, self.body, damaged, diagnostics)
+        return () if diagnostics.has_errors else tuple(chart_control.parts(self, made, diagnostics))
 
     # ---- the environment --------------------------------------------------------------------------
 

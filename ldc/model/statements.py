@@ -27,6 +27,11 @@ def body(
     return _Typing(env, diagnostics).list(nodes)
 
 
+def condition(env: Environment, node: ast.Expr, what: str, diagnostics: Diagnostics) -> Expr | None:
+    """A BOOL expression; ``what`` names it in messages."""
+    return _Typing(env, diagnostics).condition(node, what)
+
+
 class _Typing:
     """``counting``: the FOR heads around, with the places that they count with."""
 

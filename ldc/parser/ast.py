@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ldc.source import SourceFile, Span
 
 if TYPE_CHECKING:
+    from ldc.parser.sfc import SfcBody
     from ldc.parser.statements import StatementBody
 
 # ---- expressions ------------------------------------------------------------------------------
@@ -312,7 +313,7 @@ class NativeBody:
 @dataclass(frozen=True, slots=True)
 class Pou:
     """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns. The
-    body is a ``statements.StatementBody`` in Structured Text."""
+    body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart."""
 
     kind: str
     name: str

@@ -243,3 +243,35 @@ class Findings:
         self.diagnostics.error("LD0136", f"{word} is missing", self.behind(index - 1),
                                f"{word} was expected before {found}", secondary=(owner,),
                                help=f"write {word} here")
+
+    # ---- sequential function charts
+
+    def no_qualifier(self, span: Span) -> None:
+        self.diagnostics.error("LD0137", f"`{cut(span.text)}` is no qualifier of an action", span,
+                               "N, S, R, P, P0, P1, L, D, SD, DS or SL", help="write for example `motor(N);` or "
+                               "`motor(D, T#2s);`; behind it stand a time and indicators, without names")
+
+    def time_of_action(self, span: Span, qualifier: str, missing: bool) -> None:
+        if missing:
+            message, help = f"the qualifier {qualifier} needs a time", f"write `({qualifier}, T#2s)`"
+        else:
+            message = f"the qualifier {qualifier} has no time"
+            help = "take the time away; L, D, SD, DS and SL have one"
+        self.diagnostics.error("LD0138", message, span, "no time behind it" if missing else "a literal", help=help)
+
+    def outside_of_chart(self, index: int, meant: str) -> None:
+        help = f"did you mean `{meant}`?" if meant else (
+            "statements and rungs stand in `ACTION name: ... END_ACTION`, a step names the action")
+        self._chart(index, f"{self.shown(index)} stands outside of the steps and actions of the chart",
+                    "a chart has steps, transitions and actions", help)
+
+    def transition_without_name(self, index: int) -> None:
+        self._chart(index, "a transition with a body needs a name", "no name behind this",
+                    "write `TRANSITION name FROM ...`; the body sets the BOOL variable `name`")
+
+    def no_priority(self, index: int) -> None:
+        self._chart(index, f"a transition has no setting {self.shown(index)}", "only PRIORITY",
+                    "write `(PRIORITY := 1)`; the transition with the least number goes first")
+
+    def _chart(self, index: int, message: str, label: str, help: str) -> None:
+        self._at("LD0139", message, index, label, help)

@@ -12,9 +12,11 @@ from itertools import groupby
 
 from ldc.parser import ast, layout, unparse
 from ldc.parser.comments import Comments, comment_text, trailing_text
+from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.lexer import lex
 from ldc.parser.literals import quoted
+from ldc.parser.sfc import SfcBody
 from ldc.parser.statements import StatementBody
 
 INDENT = unparse.INDENT
@@ -128,7 +130,7 @@ class _Printer:
         top = len(self.lines)
         self._declarations(block.variables, indent + INDENT)
         self._align(top)
-        self._close("END_VAR", block.span.end, indent, indent + INDENT)
+        self.close("END_VAR", block.span.end, indent, indent + INDENT)
 
     def _declarations(self, variables: Sequence[ast.VarDecl], indent: str) -> None:
         """A line for each group of names, with the types in one column."""
@@ -141,7 +143,7 @@ class _Printer:
             self.above(span.start, indent)
             self._declaration(f"{indent}{text.ljust(width)}  {place}", declared, span.end, indent)
 
-    def _close(self, word: str, end: int, indent: str, inner: str) -> None:
+    def close(self, word: str, end: int, indent: str, inner: str) -> None:
         self.own_lines(self.comments.before(end - len(word)), inner)
         self.line(indent + word, end)
 
@@ -173,7 +175,7 @@ class _Printer:
             self._declaration(f"{INDENT}{declared.name} : ", declared, declared.span.end, INDENT)
             self._align(top)
         start = self.tokens.starts[self._token("END_TYPE", types[-1].span.start, 1)]
-        self._close("END_TYPE", start + len("END_TYPE"), "", INDENT)
+        self.close("END_TYPE", start + len("END_TYPE"), "", INDENT)
 
     # ---- program organisation units
 
@@ -189,9 +191,12 @@ class _Printer:
             StatementPrinter(self).list(pou.body.statements, INDENT)
         elif isinstance(pou.body, ast.TextBody):
             self._text_body(pou.body)
+        elif isinstance(pou.body, SfcBody):
+            ChartPrinter(self).chart(pou.body)
         else:
             for rung in pou.body.rungs:
-                self._rung(rung)
+                self.blank()
+                self.rung(rung, "")
         word = f"END_{pou.kind}"
         below = self.comments.before(pou.span.end - len(word))
         if below:
@@ -225,17 +230,21 @@ class _Printer:
             self.lines += ["", *rest] if self.lines[-1] == "END_VAR" else rest
         self.last = body.span.end
 
-    def _rung(self, rung: ast.Rung) -> None:
-        self.blank()
-        self.above(rung.span.start, "")
+    def token_end(self, word: str, start: int) -> int:
+        """The offset behind the next token ``word`` from one that begins at ``start``."""
+        return self.tokens.ends[self._token(word, start, 1)]
+
+    def rung(self, rung: ast.Rung, indent: str) -> None:
+        inner = indent + INDENT
+        self.above(rung.span.start, indent)
         first = rung.paths[0].items[0].span.start
-        self.lines.append(unparse.rung_head(rung) + trailing_text(self._beside_head(rung.span.start, first)))
+        self.lines.append(indent + unparse.rung_head(rung) + trailing_text(self._beside_head(rung.span.start, first)))
         for number, path in enumerate(rung.paths, 1):
             last = number == len(rung.paths)
             lead = layout.comment_atoms(self.comments.before(path.span.start), self.comments, first=True)
             writer = layout.Writer()
-            writer.start(INDENT)
-            layout.fill([*lead, *layout.atoms(path, self.comments)], writer, len(INDENT), len(INDENT))
+            writer.start(inner)
+            layout.fill([*lead, *layout.atoms(path, self.comments)], writer, len(inner), len(inner))
             beside = self.comments.before(rung.span.end) if last else []
             end = rung.span.end if last else path.span.end
             beside += self.comments.same_line(end)
@@ -265,7 +274,7 @@ class _Printer:
                 self._section(part, INDENT)
             else:
                 self._resource(part)
-        self._close("END_CONFIGURATION", configuration.span.end, "", INDENT)
+        self.close("END_CONFIGURATION", configuration.span.end, "", INDENT)
 
     def _resource(self, resource: ast.Resource) -> None:
         start = self._index(resource.span.start)
@@ -280,7 +289,7 @@ class _Printer:
                 self.line(inner + task_text(part), part.span.end)
             else:
                 self.line(inner + program_text(part), part.span.end)
-        self._close("END_RESOURCE", resource.span.end, INDENT, inner)
+        self.close("END_RESOURCE", resource.span.end, INDENT, inner)
 
 
 def _ordered(*groups: Iterable) -> list:

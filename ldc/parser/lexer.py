@@ -35,7 +35,8 @@ KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *
 
 _BOUNDARIES = frozenset(
     (*SECTIONS, *(word for word in _SAME.split() if word.startswith("END_")), "PROGRAM", "FUNCTION",
-     "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "RUNG"))
+     "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "RUNG", "STEP", "INITIAL_STEP", "TRANSITION",
+     "ACTION"))
 _WITH_LINES = frozenset((*SECTIONS, "TYPE", "RESOURCE"))
 _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")

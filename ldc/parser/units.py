@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import lr, syntax
-from ldc.parser.declarations import FileBuilder
+from ldc.parser.chart_rules import ChartBuilder
 from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, Findings
 from ldc.parser.lexer import BAD, MAX_TOKENS, MAX_WORD, OPENING, Tokens
 from ldc.parser.literals import Malformed
@@ -29,7 +29,7 @@ class Units:
     def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
         self.tokens, self.types = tokens, tokens.types
         self.findings = Findings(tokens, diagnostics)
-        self.builder = FileBuilder(tokens, self.findings)
+        self.builder = ChartBuilder(tokens, self.findings)
         self.lost = False
         self._tables = tables()
         self._rules = lr.bind(self._tables, self.builder)

@@ -1,0 +1,96 @@
+"""Sequential function charts as they were written (IEC 61131-3, 2nd edition, 2.6), each part with its span."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ldc.parser.ast import Expr, LadderBody, Name, TextBody
+from ldc.parser.statements import StatementBody
+from ldc.source import Span
+
+PLAIN = ("N", "R", "S", "P", "P0", "P1")
+TIMED = ("L", "D", "SD", "DS", "SL")
+QUALIFIERS = (*PLAIN, *TIMED)
+"""Of an action (table 45 of the standard); those of TIMED have a time."""
+
+Body = LadderBody | StatementBody | TextBody
+
+
+@dataclass(frozen=True, slots=True)
+class Association:
+    """``action(qualifier, time, indicators)`` in a step. ``action`` names an ACTION of the chart or a BOOL
+    variable. Indicators are variables that the action is said to set; they have no effect."""
+
+    action: Expr
+    qualifier: str
+    time: Expr | None
+    indicators: tuple[Expr, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """``STEP name: ... END_STEP``, or INITIAL_STEP."""
+
+    name: str
+    initial: bool
+    associations: tuple[Association, ...]
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """``TRANSITION name (PRIORITY := n) FROM sources TO targets := condition; END_TRANSITION``.
+
+    A ``condition`` that is a body leaves its result in the BOOL variable with the transition's name.
+    """
+
+    name: str | None
+    priority: int | None
+    sources: tuple[Name, ...]
+    targets: tuple[Name, ...]
+    condition: Expr | Body
+    span: Span
+    name_span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """``ACTION name: ... END_ACTION``."""
+
+    name: str
+    body: Body
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class SfcBody:
+    """The body of a POU that is a chart, or several charts beside each other. The order of ``transitions``
+    is that of the drawing from left to right, ``actions`` are executed in their order."""
+
+    steps: tuple[Step, ...]
+    transitions: tuple[Transition, ...]
+    actions: tuple[Action, ...]
+    span: Span
+
+
+def bodies(chart: SfcBody) -> tuple[Body, ...]:
+    """The bodies of transitions, then those of actions."""
+    conditions = (t.condition for t in chart.transitions if isinstance(t.condition, Body))
+    return (*conditions, *(action.body for action in chart.actions))
+
+
+def expressions(chart: SfcBody) -> tuple[Expr, ...]:
+    """Conditions that are no bodies, and times."""
+    conditions = (t.condition for t in chart.transitions if not isinstance(t.condition, Body))
+    times = (a.time for step in chart.steps for a in step.associations if a.time is not None)
+    return (*conditions, *times)
+
+
+def rungs_of(body: Body | SfcBody) -> tuple:
+    """The rungs in the body of a POU, in order; of a chart those of its transitions and actions."""
+    if isinstance(body, SfcBody):
+        return tuple(rung for inner in bodies(body) for rung in rungs_of(inner))
+    return body.rungs if isinstance(body, LadderBody) else ()
