@@ -10,7 +10,7 @@ import difflib
 import re
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast, statements
+from ldc.parser import ast, charts, sfc, statements
 from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
 from ldc.parser.structured import read_body
@@ -197,7 +197,9 @@ class Reader:
         sections: list[ast.VarBlock] = []
         while self._kind() in SECTIONS:
             sections.append(self._section())
-        if self.language == "ST":
+        if self._kind() in charts.STARTS and self.language != "IL":
+            body = self._chart()
+        elif self.language == "ST":
             body = self._statements(f"END_{kind}")
         else:
             body = self._text_body() if self.language else self._ladder(sections, kind, first)
@@ -230,6 +232,15 @@ class Reader:
         self._seek(_POU_STOPS)
         end = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
         return ast.TextBody(self.language, Span(self.tokens.source, start, end))
+
+    def _chart(self) -> sfc.SfcBody:
+        first, start = self.at, self.tokens.ends[self.at - 1]
+        self._seek(_POU_STOPS)
+        to = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
+        span = Span(self.tokens.source, start, to)
+        chart, lost = charts.read_chart(self.units, first, self.at, span, self.language is None)
+        self.lost_rungs |= lost
+        return chart
 
     def _statements(self, end: str) -> statements.StatementBody:
         first, start = self.at, self.tokens.ends[self.at - 1]
