@@ -18,6 +18,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
+from ldc.components.find import in_folder
 from ldc.diagnostics import Diagnostics
 from ldc.durations import parse_duration
 from ldc.model.settings import Settings, TaskSetting
@@ -93,11 +94,13 @@ class Manifest:
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """What the arguments of a command mean: files in a fixed order, settings, the project file if any."""
+    """What the arguments of a command mean: files in a fixed order, settings, the project file if any.
+    ``descriptors``: those of components, each with its folder."""
 
     files: tuple[SourceFile, ...]
     settings: Settings
     manifest: Manifest | None
+    descriptors: tuple[tuple[SourceFile, Path], ...] = ()
 
 
 def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sources:
@@ -141,7 +144,19 @@ def find_sources(paths: Iterable[str | Path], diagnostics: Diagnostics) -> Sourc
         )
     files = [read_source(path, shown, diagnostics) for path, shown in found.items()]
     manifest = next(iter(manifests.values()), None)
-    return Sources(tuple(f for f in files if f), manifest.settings if manifest else Settings(), manifest)
+    settings = manifest.settings if manifest else Settings()
+    descriptors = _descriptors(found, manifest, diagnostics)
+    return Sources(tuple(f for f in files if f), settings, manifest, descriptors)
+
+
+def _descriptors(
+    files: Iterable[Path], manifest: Manifest | None, diagnostics: Diagnostics
+) -> tuple[tuple[SourceFile, Path], ...]:
+    """Those in the folder of the project, or beside files that are named alone."""
+    folders = [(manifest.folder, True)] if manifest else [(folder, False) for folder in sorted({f.parent for f in files})]
+    paths = [path for folder, deep in folders for path in in_folder(folder, deep)]
+    read = ((read_source(path, _shown(path), diagnostics), path.parent) for path in paths)
+    return tuple((source, folder) for source, folder in read if source is not None)
 
 
 def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) -> Manifest | None:

@@ -1,4 +1,1 @@
-"""Multi-language components: descriptors, address remap, bodies in C, C++, ST and IL (DESIGN section 6).
-
-Empty until components arrive.
-"""
+"""Multi-language components: descriptors, address remap, bodies in C, C++, ST and IL (DESIGN section 6)."""

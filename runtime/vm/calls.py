@@ -57,6 +57,10 @@ class Calls:
         unit = self._units.get(name.upper())
         return unit if unit is not None and unit.kind == "FUNCTION" else None
 
+    def native(self, unit: Unit) -> str:
+        """The function that runs a unit's native code on an instance."""
+        return f"native_{slot(unit.name)}"
+
     def user(self, unit: Unit) -> str:
         return f"fn_{slot(unit.name)}"
 

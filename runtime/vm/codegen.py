@@ -158,7 +158,7 @@ class Body(Access):
             "S": self._set, "R": self._set, ")": self._close_parenthesis, "NOT": self._not,
             "LABEL": self._label, "CAL": self._call,
             "CALC": self._call, "CALCN": self._call, "RET": self._return, "RETC": self._return,
-            "RETCN": self._return, "FN": self._function_call,
+            "RETCN": self._return, "FN": self._function_call, "EXT": self._native,
         }
         table |= dict.fromkeys(JUMPS, self._jump)
         operators = ("AND", "OR", "XOR", "ANDN", "ORN", "XORN", "ADD", "SUB", "MUL", "DIV", "MOD",
@@ -311,6 +311,11 @@ class Body(Access):
         self._emit(f"{self.pool.block(type_.pou)}({self._load(place).text})")
         if instr.op != "CAL":
             self.indent -= 1
+
+    def _native(self, instr: Instr) -> None:
+        self.acc = None
+        self._before_store(None)
+        self._emit(f"{self.pool.native(self.unit)}(self, {self._whole(self._load(instr.operand)).text})")
 
     # ---- functions -------------------------------------------------------------------------------
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from types import TracebackType
 
+from ldc.il.external import Binding
 from ldc.il.program import Program, Unit
 from runtime.faults import Place, WatchdogExpired
 from runtime.vm.calls import Calls
@@ -68,8 +69,9 @@ class Code:
         return tuple(found)
 
 
-def load(program: Program, resource: int = 0) -> Code:
-    """A fresh memory and the functions that run on it. Raises BadCode for IL that verification refuses."""
+def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = ()) -> Code:
+    """A fresh memory and the functions that run on it; ``bindings``: where the native code of its components
+    is. Raises BadCode for IL that verification refuses, MissingNative when native code is not bound."""
     layout = lay_out(program, resource)
     memory = Memory(layout)
     calls = Calls(memory)
@@ -90,9 +92,27 @@ def load(program: Program, resource: int = 0) -> Code:
         source = Body(unit, Names(layout, unit, number), f"run_{number}", calls).source()
         sources[f"<il {unit.name} {number} {slot(run.name)}>"] = unit, source
     namespace.update(calls.names)
+    namespace.update(_natives(program, layout, calls, namespace, bindings))
     namespace["_tick"] = watchdog.tick
     namespace["__builtins__"] = {}
     for file, (_, source) in sources.items():
         exec(compile(source.text, file, "exec", dont_inherit=True, optimize=0), namespace)
     bodies = tuple(namespace[f"run_{n}"] for n in range(len(layout.programs)))
     return Code(layout, memory, calls, watchdog, bodies, sources)
+
+
+def _natives(program: Program, layout: Layout, calls: Calls, namespace: dict[str, object], bindings: Iterable[Binding]
+             ) -> dict[str, Callable]:
+    units = [u for u in program.units if u.external is not None]
+    if not units:
+        return {}
+    from runtime.vm import external  # loads cffi, which only components need
+
+    known = {b.unit.upper(): b for b in bindings}
+    homes = {name: root.home for name, root in layout.globals.items()}
+    made = {}
+    for unit in units:
+        if unit.name.upper() not in known:
+            raise external.MissingNative(unit)
+        made[calls.native(unit)] = external.call(unit, known[unit.name.upper()], namespace, homes)
+    return made

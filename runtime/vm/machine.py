@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from math import gcd
 
 from ldc.expr import Place
+from ldc.il.external import Binding
 from ldc.il.program import Program, Task
 from ldc.types import Type
 from runtime import checksum
@@ -47,12 +48,14 @@ class Machine:
     an interval in the first scan at or after each multiple of it; one with SINGLE at a rising edge of
     that variable, sampled when the scan begins (and by its interval only while SINGLE is FALSE).
     Within a scan tasks go by priority, then interval (none: the base tick), then declaration.
-    Raises Invalid when a declared safe value does not fit its output.
+    ``bindings``: where the native code of components is. Raises Invalid when a declared safe value does
+    not fit its output.
     """
 
     program: Program
     resource: int = 0
     period_ns: int | None = None
+    bindings: tuple[Binding, ...] = ()
     scans: int = 0
     now_ns: int = 0
     faults: list[Fault] = field(default_factory=list)
@@ -68,7 +71,7 @@ class Machine:
     _watchdog: Watchdog = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.code = load(self.program, self.resource)
+        self.code = load(self.program, self.resource, self.bindings)
         self._namespace, self._watchdog = self.code.namespace, self.code.watchdog
         self.symbols = Symbols(self.code.layout)
         self.pending, self._late, self._safe = {}, [], []

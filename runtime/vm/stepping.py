@@ -162,6 +162,10 @@ class Stepper:
             frame.accumulator = None
             if instr.operand is not None:
                 frame.accumulator, frame.type = frame.value(instr.operand), instr.operand.type
+        elif op == "EXT":
+            code = self.machine.code
+            code.namespace[code.calls.native(frame.unit)](frame.owner, frame.value(instr.operand))
+            frame.accumulator = None
         elif instr.operand is not None and op not in ("CAL", "CALC", "CALCN"):
             right = frame.value(instr.operand)
             self._apply(frame, op, frame.accumulator, frame.type, right, instr.operand.type, instr.type)

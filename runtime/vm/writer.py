@@ -13,7 +13,7 @@ from runtime.vm.names import Names
 
 LONGEST, DEEPEST = 600, 25
 # Instructions that neither use the accumulator nor keep it.
-FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET"})
+FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET", "EXT"})
 
 
 class BadCode(Exception):

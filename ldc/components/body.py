@@ -1,0 +1,102 @@
+"""The IL around a native body: time since the last call, checks of the inputs, the call, power out.
+
+    dt := time since the previous execution, 0 at the first
+    error := 6 when an input is no number, 7 when one is out of its range (codes of SPEC 2.4), else 0
+    if error is 0, the native code runs, which may set it
+    ENO := enable AND error = 0
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from ldc.components.descriptor import ENABLE, ERROR, POWER, Component, Pin
+from ldc.expr import Const, Place
+from ldc.il.program import External, Instr, RungCode, Unit
+from ldc.model.project import Pou
+from ldc.symbols import Variable
+from ldc.types import BOOL, TIME, UINT, Elementary, storage
+
+NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
+_LAST, _DT, _NOW = "_ldc_last", "_ldc_dt", "%NOW"
+
+
+def unit(component: Component, pou: Pou, digest: str) -> Unit:
+    """The unit of a C or C++ component; ``pou`` is its function block, typed."""
+    hidden = (Variable(_LAST, TIME, "hidden", initial=-1), Variable(_DT, TIME, "temp"))
+    external = External(component.id, component.entry, component.language, digest, component.processor,
+                        None if component.period_us is None else component.period_us * 1000)
+    rungs = (_rung("time", _time()), _rung("check", _check(component, pou)), _rung("call", _call(pou)),
+             _rung("power", _power(component, pou)))
+    return Unit("FUNCTION_BLOCK", component.name, (*pou.variables.values(), *hidden),
+                tuple(r for r in rungs if r.code), title=pou.title, external=external)
+
+
+def _rung(key: str, code: list[Instr]) -> RungCode:
+    return RungCode(key, tuple(code))
+
+
+def _place(pou: Pou, name: str) -> Place:
+    variable = pou.variables[name.upper()]
+    return Place(variable.name, variable.type)
+
+
+def _time() -> list[Instr]:
+    now, last, dt = Place(_NOW, TIME, is_global=True), Place(_LAST, TIME), Place(_DT, TIME)
+    zero = Const(0, TIME)
+    return [
+        Instr("LD", now, TIME), Instr("SUB", last, TIME), Instr("ST", dt, TIME),
+        Instr("LD", last, TIME), Instr("LT", zero, TIME), Instr("JMPCN", name="later"),
+        Instr("LD", zero, TIME), Instr("ST", dt, TIME),
+        Instr("LABEL", name="later"), Instr("LD", now, TIME), Instr("ST", last, TIME),
+    ]
+
+
+def _check(component: Component, pou: Pou) -> list[Instr]:
+    error = _place(pou, ERROR)
+    code = [Instr("LD", Const(0, UINT), UINT), Instr("ST", error, UINT)]
+    for pin in (*component.inputs, *component.parameters):
+        place = _place(pou, pin.name)
+        for test, number in _tests(pin, place):
+            label = f"good_{len(code)}"
+            code += [Instr("LD", place, place.type), test, Instr("JMPCN", name=label),
+                     Instr("LD", Const(number, UINT), UINT), Instr("ST", error, UINT), Instr("LABEL", name=label)]
+    return code
+
+
+def _tests(pin: Pin, place: Place) -> Iterator[tuple[Instr, int]]:
+    """Comparisons that are TRUE for a wrong value, each with its code."""
+    type_ = storage(place.type)
+    if not isinstance(type_, Elementary) or type_.kind not in ("int", "uint", "real"):
+        return
+    if pin.low is not None:
+        yield Instr("LT", _bound(pin.low, type_, math.ceil), type_), OUT_OF_RANGE
+    if pin.high is not None:
+        yield Instr("GT", _bound(pin.high, type_, math.floor), type_), OUT_OF_RANGE
+    if type_.kind == "real":
+        yield Instr("NE", place, type_), NOT_A_NUMBER
+
+
+def _bound(value: int | float, type_: Elementary, inwards: Callable[[float], int]) -> Const:
+    """The bound as a value of the type; of an integer the nearest one that is allowed."""
+    if type_.kind == "real":
+        return Const(float(value), type_)
+    low, high = type_.range
+    return Const(min(max(inwards(value), low), high), type_)
+
+
+def _call(pou: Pou) -> list[Instr]:
+    error = _place(pou, ERROR)
+    return [Instr("LD", error, UINT), Instr("EQ", Const(0, UINT), UINT), Instr("JMPCN", name="done"),
+            Instr("EXT", Place(_DT, TIME), TIME), Instr("LABEL", name="done")]
+
+
+def _power(component: Component, pou: Pou) -> list[Instr]:
+    if component.power != POWER:
+        return []
+    error = _place(pou, ERROR)
+    code = [Instr("LD", error, UINT), Instr("EQ", Const(0, UINT), UINT)]
+    if component.requires_power:
+        code.append(Instr("AND", _place(pou, ENABLE), BOOL))
+    return [*code, Instr("ST", _place(pou, POWER), BOOL)]

@@ -1,0 +1,174 @@
+"""C++ of a component for one processor: it is not rewritten, a generated header carries the addresses.
+
+`PLC_D(position)` is a ``constexpr`` object of a type that knows the address, reads and, where the processor
+may write, assigns. So the compiler itself tells an unknown symbol and a write that is not allowed, and the
+findings here put that into the words of the project.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+
+from ldc.components import findings, toolchain
+from ldc.components.address_map import MACROS, AddressMap, Symbol
+from ldc.components.c_source import INCLUDE, Rewritten
+from ldc.components.descriptor import Component
+from ldc.diagnostics import Diagnostics
+from ldc.il import c_types
+from ldc.source import SourceFile, Span
+from ldc.types import BOOL, Array, storage
+
+_USE = re.compile(r"\b(PLC_M|PLC_D|LCD)\s*\(\s*(\w*)\s*\)")
+_RAW = re.compile(r"(?:reinterpret_cast\s*<[^<>;]*\*\s*>\s*\(\s*|\(\s*(?:const\s+|volatile\s+)*\w+(?:\s+\w+)*\s*\*+\s*\)\s*\(?\s*)"
+                  r"((?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uUlL]*)")
+_SKIP = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
+
+
+def rewrite(component: Component, source: SourceFile, header: Path, memory: AddressMap, gcc: str,
+            diagnostics: Diagnostics) -> Rewritten | None:
+    """One C++ source for the processor of the map, or None with findings. The text includes the author's
+    file, so that its lines stay where they are."""
+    code = _SKIP.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), source.text)
+    before = len(diagnostics)
+    reads = _uses(code, source, memory, diagnostics)
+    for match in _RAW.finditer(code):
+        findings.raw_address(diagnostics, Span(source, match.start(1), match.end(1)), match[1])
+    if len(diagnostics) > before:
+        return None
+    writes = {key for key in reads if memory.processor in memory.symbols[key].writers}
+    path = Path(source.path).resolve()
+    text = "\n".join(["#define LDC_REMAPPED", _REFERENCES, *_symbols(memory), header.read_text(encoding="utf-8"),
+                      *(f"#define {macro}(name) ldc_{macro.lower()}::name" for macro in MACROS), f'#include "{path}"', ""])
+    unit = header.with_name("check.cpp")
+    unit.write_text(text, encoding="utf-8")
+    status, assembly, said = toolchain.run(
+        [gcc, "-S", "-o", "-", "-O0", "-isystem", str(INCLUDE), "-I", str(component.folder.resolve()),
+         f"-std={component.standard or 'c++17'}", *component.cflags, str(unit)])
+    toolchain.report([s for s in said if s.level == "error"], {str(path): source},
+                     component.span("function", "sources"), diagnostics)
+    if status:
+        return None
+    for name in _static_data(assembly):
+        at = re.search(rf"\b{re.escape(name)}\b", code)
+        span = Span(source, at.start(), at.end()) if at else component.span("function", "sources")
+        findings.static_data(diagnostics, span, name)
+    defines = frozenset(re.findall(r"^(\w+):", assembly, re.MULTILINE))
+    return None if len(diagnostics) > before else Rewritten(text, frozenset(reads), frozenset(writes), defines)
+
+
+def _uses(code: str, source: SourceFile, memory: AddressMap, diagnostics: Diagnostics) -> set[tuple[str, str]]:
+    found = set()
+    for match in _USE.finditer(code):
+        macro, name = match[1], match[2]
+        symbol = memory.find(macro, name)
+        if symbol is None or memory.processor not in symbol.readers:
+            close = difflib.get_close_matches(name, memory.names(macro), 2)
+            findings.unknown_symbol(diagnostics, Span(source, match.start(2), match.end(2)), macro, name, close,
+                                    memory.processor)
+        elif memory.processor not in symbol.writers and _assigned(code, match.end()):
+            findings.no_write(diagnostics, Span(source, match.start(), match.end()), symbol.name, symbol.area,
+                              memory.processor, ", ".join(sorted(symbol.writers)) or "nobody")
+        else:
+            found.add((macro, name.upper()))
+    return found
+
+
+def _assigned(code: str, end: int) -> bool:
+    return re.match(r"\s*(?:[-+*/%&|^]|<<|>>)?=(?!=)|\s*(?:\+\+|--)", code[end : end + 40]) is not None
+
+
+def _static_data(assembly: str) -> list[str]:
+    """Variables with a place of their own in the compiled text: in .data or .bss, not constants."""
+    found, section = [], ""
+    for line in assembly.splitlines():
+        word = line.split()
+        if not word:
+            continue
+        if word[0] in (".data", ".bss", ".text") or word[0] == ".section":
+            section = word[0] if word[0] != ".section" else word[1].split(",")[0]
+        elif word[0] in (".local", ".comm"):
+            found.append(word[1].split(",")[0])
+        elif line[:1] not in (" ", "\t", ".", "#") and line.endswith(":") and section in (".data", ".bss"):
+            found.append(line[:-1])
+    names = (_plain(name) for name in found)
+    return [name for name in dict.fromkeys(names) if name and name != "ldc_memory"]
+
+
+def _plain(name: str) -> str:
+    """The last part of a mangled name: ``_ZZ4stepvE5count`` is ``count``."""
+    if not name.startswith("_Z"):
+        return name
+    at, last = 0, name
+    for match in re.finditer(r"\d+", name):
+        if match.start() >= at:
+            length = int(match[0])
+            last = name[match.end() : match.end() + length]
+            at = match.end() + length
+    return "" if name.startswith("_ZGV") else last
+
+
+def _symbols(memory: AddressMap) -> list[str]:
+    lines = []
+    for macro in MACROS:
+        rows = [_object(s, memory) for s in memory.symbols.values() if s.macro == macro]
+        lines += [f"namespace ldc_{macro.lower()} {{", *(r for r in rows if r), "}"]
+    return lines
+
+
+def _object(symbol: Symbol, memory: AddressMap) -> str | None:
+    element = symbol.type
+    while isinstance(element, Array):
+        element = element.element
+    plain = "uint8_t" if storage(element) == BOOL else c_types.scalar(element)
+    if plain is None:
+        return None
+    write = "true" if memory.processor in symbol.writers else "false"
+    kind = "Elements" if isinstance(symbol.type, Array) else "Value"
+    if symbol.bit is not None:
+        return f"constexpr ldc::Bit<{symbol.address:#x}u, {symbol.bit}, {write}> {symbol.name}{{}};"
+    return f"constexpr ldc::{kind}<{plain}, {symbol.address:#x}u, {write}> {symbol.name}{{}};"
+
+
+_REFERENCES = """\
+#include <stdint.h>
+extern "C" { extern unsigned char *ldc_memory; }
+namespace ldc {
+template <typename T, unsigned long Address, bool Writable> struct Value {
+  operator T() const { return *(volatile T *)(ldc_memory + Address); }
+  template <typename V> const Value &operator=(V value) const {
+    static_assert(Writable, "this processor may not write this symbol");
+    *(volatile T *)(ldc_memory + Address) = (T)value;
+    return *this;
+  }
+  template <typename V> const Value &operator+=(V value) const { return *this = (T)*this + value; }
+  template <typename V> const Value &operator-=(V value) const { return *this = (T)*this - value; }
+  template <typename V> const Value &operator*=(V value) const { return *this = (T)*this * value; }
+  template <typename V> const Value &operator/=(V value) const { return *this = (T)*this / value; }
+  template <typename V> const Value &operator|=(V value) const { return *this = (T)*this | value; }
+  template <typename V> const Value &operator&=(V value) const { return *this = (T)*this & value; }
+  template <typename V> const Value &operator^=(V value) const { return *this = (T)*this ^ value; }
+};
+template <typename T, unsigned long Address, bool Writable> struct Elements {
+  volatile T &operator[](unsigned long index) const {
+    static_assert(Writable, "this processor may not write this symbol");
+    return ((volatile T *)(ldc_memory + Address))[index];
+  }
+};
+template <typename T, unsigned long Address> struct Elements<T, Address, false> {
+  const volatile T &operator[](unsigned long index) const {
+    return ((const volatile T *)(ldc_memory + Address))[index];
+  }
+};
+template <unsigned long Address, unsigned Index, bool Writable> struct Bit {
+  operator bool() const { return (*(volatile unsigned char *)(ldc_memory + Address) >> Index) & 1; }
+  template <typename V> const Bit &operator=(V value) const {
+    static_assert(Writable, "this processor may not write this symbol");
+    volatile unsigned char *at = ldc_memory + Address;
+    *at = (unsigned char)((*at & ~(1u << Index)) | ((unsigned)(value != 0) << Index));
+    return *this;
+  }
+};
+}
+"""

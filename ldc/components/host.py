@@ -1,0 +1,173 @@
+"""Components for this computer: each native component becomes a shared library of its own.
+
+Libraries are kept in the user's cache folder under a digest of everything that they are made from, so a
+component is compiled once. A library has no state: that is in the instances that the engine hands over.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ldc.components import c_source, cpp_source, findings, header, toolchain
+from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
+from ldc.components.descriptor import Component
+from ldc.components.find import body_sources
+from ldc.diagnostics import Diagnostics
+from ldc.il.external import Binding, Shared
+from ldc.il.layout import measure
+from ldc.il.program import Unit
+from ldc.parser.tables import cache_folder
+from ldc.source import SourceFile
+from ldc.symbols import Variable
+from ldc.types import Array, Elementary, Enum, Subrange
+
+FLAGS = ("-O2", "-g", "-fPIC", "-shared", "-fno-gnu-unique", "-ffp-contract=off", "-fwrapv", "-fno-strict-aliasing",
+         "-fvisibility=hidden", "-Wall", "-Werror=implicit-function-declaration", "-Werror=int-conversion",
+         "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
+_CXX_SKIPS = ("-Werror=implicit-function-declaration", "-Werror=int-conversion",
+              "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
+
+
+@dataclass(frozen=True, slots=True)
+class Native:
+    """A native component of a program with its typed function block."""
+
+    component: Component
+    unit: Unit
+
+
+def digest(component: Component, diagnostics: Diagnostics) -> str:
+    """SHA-256 of all that a component's code is made from: its descriptor, its sources."""
+    texts = [source.text for source in body_sources(component, diagnostics) or ()]
+    return hashlib.sha256("\0".join((component.source.text, *texts)).encode()).hexdigest()
+
+
+def memory_of(globals_: Iterable[Variable], processor: str = "master") -> AddressMap:
+    """A map of all globals that C can name, one behind the other: for checks, and as the window that an
+    engine copies to and from."""
+    symbols, end = [], 0
+    for v in globals_:
+        element = v.type
+        while isinstance(element, Array):
+            element = element.element
+        if not isinstance(element, Elementary | Enum | Subrange):
+            continue
+        size, align = measure(v.type, {})
+        at = -(-end // align) * align
+        end = at + size
+        writers = frozenset() if v.constant or v.location is not None and v.location.area == "I" else frozenset(("master",))
+        macro = macro_of(element)
+        symbols.append(Symbol(v.name, macro, v.type, macro[-1], at, None, writers, frozenset(("master",))))
+    return of_symbols(processor, symbols)
+
+
+def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics) -> bool:
+    """Whether the sources of a component can be rewritten for the master; findings when not."""
+    with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
+        return _rewrite(native, memory_of(globals_), Path(folder), diagnostics) is not None
+
+
+def build(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics, sanitize: bool = False) -> Binding | None:
+    """The library of a component, from the cache or made now; None with findings."""
+    memory = memory_of(globals_)
+    component = native.component
+    with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
+        made = _rewrite(native, memory, Path(folder), diagnostics)
+        if made is None:
+            return None
+        texts, reads, writes = made
+        tool = toolchain.GXX if component.language == "c++" else toolchain.GCC
+        compiler = toolchain.find(tool, diagnostics)
+        if compiler is None:
+            return None
+        flags = [f for f in FLAGS if component.language == "c" or f not in _CXX_SKIPS]
+        flags += [*(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ()), *component.cflags,
+                  f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}"]
+        key = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
+        library = cache_folder() / "components" / f"{component.entry}-{key}.so"
+        if not library.is_file() and not _compile(native, texts, compiler, flags, library, Path(folder), diagnostics):
+            return None
+    names = {**{key: None for key in (*reads, *writes)}}
+    shared = tuple(Shared(s.name, s.type, s.address, key in reads or key in writes, key in writes)
+                   for key in names for s in [memory.symbols[key]])
+    size = max((s.offset + measure(s.type, {})[0] for s in shared), default=0)
+    return Binding(native.unit.name, library, component.entry, size, shared)
+
+
+def _rewrite(native: Native, memory: AddressMap, folder: Path, diagnostics: Diagnostics
+             ) -> tuple[list[str], set[tuple[str, str]], set[tuple[str, str]]] | None:
+    component = native.component
+    sources = body_sources(component, diagnostics)
+    if sources is None or not header.check_types(native.unit, diagnostics):
+        return None
+    compiler = toolchain.find(toolchain.GXX if component.language == "c++" else toolchain.GCC, diagnostics)
+    if compiler is None:
+        return None
+    generated = folder / header.file_name(component)
+    generated.write_text(header.text(component, native.unit, memory), encoding="utf-8")
+    module = cpp_source if component.language == "c++" else c_source
+    texts, reads, writes, defines = [], set(), set(), set()
+    for source in sources:
+        made = module.rewrite(component, source, generated, memory, compiler, diagnostics)
+        if made is None:
+            return None
+        texts.append(made.text)
+        reads |= made.reads
+        writes |= made.writes
+        defines |= made.defines
+    if component.entry not in defines:
+        findings.no_entry(diagnostics, component.span("function", "entry"), component.entry, component.name)
+        return None
+    return texts, reads, writes
+
+
+def _compile(native: Native, texts: list[str], compiler: str, flags: list[str], library: Path, folder: Path,
+             diagnostics: Diagnostics) -> bool:
+    component = native.component
+    suffix = ".cpp" if component.language == "c++" else ".c"
+    files = []
+    for number, text in enumerate(texts):
+        path = folder / f"part{number}{suffix}"
+        path.write_text(text, encoding="utf-8")
+        files.append(str(path))
+    glue = folder / f"glue{suffix}"
+    glue.write_text(_GLUE.replace("ENTRY", component.entry), encoding="utf-8")
+    try:
+        library.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=library.parent, suffix=".so")
+    except OSError as error:
+        findings.cannot_write(diagnostics, str(library.parent), error.strerror or str(error))
+        return False
+    os.close(handle)
+    status, _, said = toolchain.run([compiler, *flags, "-o", temporary, *files, str(glue), "-lm"])
+    toolchain.report(said, _named(component, diagnostics), component.span("function", "sources"), diagnostics)
+    if status:
+        os.unlink(temporary)
+        return False
+    os.replace(temporary, library)
+    return True
+
+
+def _named(component: Component, diagnostics: Diagnostics) -> dict[str, SourceFile]:
+    return {source.path: source for source in body_sources(component, diagnostics) or ()}
+
+
+_GLUE = """\
+#ifdef __cplusplus
+extern "C" {
+#endif
+__attribute__((visibility("default"))) unsigned char *ldc_memory;
+void ENTRY(const void *in, void *out, void *state, unsigned dt_us);
+__attribute__((visibility("default"))) void ldc_entry(const void *in, void *out, void *state, unsigned dt_us)
+{
+  ENTRY(in, out, state, dt_us);
+}
+#ifdef __cplusplus
+}
+#endif
+"""

@@ -1,0 +1,8 @@
+/* For components: absolute values. There is no heap: memory of a component is its state. */
+#ifndef LDC_STDLIB_H
+#define LDC_STDLIB_H
+#include <stddef.h>
+int abs(int value);
+long labs(long value);
+long long llabs(long long value);
+#endif

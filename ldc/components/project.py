@@ -1,0 +1,68 @@
+"""The components that a project uses, as sources among its others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from ldc.components import find, interface
+from ldc.components.descriptor import Component
+from ldc.diagnostics import Diagnostics
+from ldc.library import blocks
+from ldc.parser import ast
+from ldc.source import SourceFile
+from ldc.types import ELEMENTARY
+
+
+def used(files: tuple[ast.File, ...], descriptors: tuple[tuple[SourceFile, Path], ...], diagnostics: Diagnostics
+         ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
+    """Components that declarations name, by name in capitals, and a file with the function block of each.
+    Those of the project come first; installed packages are asked for what is still unknown."""
+    known = find.components(descriptors, diagnostics)
+    declared = {name.upper() for file in files for name in _declared(file)}
+    asked = False
+    chosen: dict[str, Component] = {}
+    made: list[ast.File] = []
+    todo = [name for file in files for name in _named(file)]
+    while todo:
+        name = todo.pop()
+        if name in chosen:
+            continue
+        unknown = name not in known and name not in declared and name not in ELEMENTARY
+        if unknown and not asked and blocks.signature(name) is None:
+            asked = True
+            installed = find.components(find.installed(diagnostics), diagnostics)
+            known = installed | known
+        component = known.get(name)
+        if component is None:
+            continue
+        chosen[name] = component
+        file = _file(component, diagnostics)
+        made.append(file)
+        todo += _named(file)
+    return chosen, tuple(made)
+
+
+def _file(component: Component, diagnostics: Diagnostics) -> ast.File:
+    sources = find.body_sources(component, diagnostics)
+    pou = None if sources is None else interface.pou(component, sources, diagnostics)
+    return ast.File(component.source, () if pou is None else (pou,), (), (), (), (), incomplete=pou is None)
+
+
+def _declared(file: ast.File) -> Iterator[str]:
+    yield from (p.name for p in file.pous)
+    yield from (t.name for t in file.types)
+
+
+def _named(file: ast.File) -> Iterator[str]:
+    """Names of types, in capitals, that variables are declared with."""
+    sections = [*file.globals, *(s for p in file.pous for s in p.var_blocks)]
+    for configuration in file.configurations:
+        sections += [*configuration.var_blocks, *(s for r in configuration.resources for s in r.var_blocks)]
+    for section in sections:
+        for variable in section.variables:
+            kind = variable.type
+            while isinstance(kind, ast.ArrayType):
+                kind = kind.element
+            if isinstance(kind, ast.NamedType):
+                yield kind.name.upper()

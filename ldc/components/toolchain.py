@@ -1,0 +1,83 @@
+"""The compilers that ldc calls: where they are, what to install when they are not, what they say."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ldc.components import findings
+from ldc.diagnostics import Diagnostics
+from ldc.source import SourceFile, Span
+
+_MESSAGE = re.compile(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.*)$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """``command``: its name on the PATH. ``variable``: the environment variable that names another one."""
+
+    command: str
+    variable: str
+    package: str
+    purpose: str
+
+
+GCC = Tool("gcc", "LDC_CC", "gcc", "C for this computer")
+GXX = Tool("g++", "LDC_CXX", "g++", "C++ for this computer")
+ARM_GCC = Tool("arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+               "C for Cortex-M")
+ARM_GXX = Tool("arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib",
+               "C++ for Cortex-M")
+QEMU_ARM = Tool("qemu-system-arm", "LDC_QEMU_ARM", "qemu-system-arm", "emulated Cortex-M boards")
+
+
+def find(tool: Tool, diagnostics: Diagnostics | None = None) -> str | None:
+    """The path of a tool, or None with a finding that tells what to install."""
+    wanted = os.environ.get(tool.variable) or tool.command
+    found = shutil.which(wanted)
+    if found is None and diagnostics is not None:
+        findings.no_tool(diagnostics, wanted, tool.purpose, tool.package, tool.variable)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """One line of a compiler: ``level`` is error or warning; ``line`` and ``column`` from 1."""
+
+    file: str
+    line: int
+    column: int
+    level: str
+    text: str
+
+
+def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[Said]]:
+    """Exit status, standard output and what the compiler said. A tool that hangs is stopped (status -1)."""
+    environment = {**os.environ, "LC_ALL": "C"}
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=timeout, env=environment, check=False)
+    except subprocess.TimeoutExpired:
+        return -1, "", [Said("", 0, 0, "error", f"{command[0]} was stopped after {timeout:g} s")]
+    text = done.stderr.decode("utf-8", "replace")
+    said = [Said(m[1], int(m[2]), int(m[3] or 1), "warning" if m[4] == "warning" else "error", m[5])
+            for m in _MESSAGE.finditer(text)]
+    if done.returncode and not any(s.level == "error" for s in said):
+        said.append(Said("", 0, 0, "error", text.strip().splitlines()[-1] if text.strip() else "no message"))
+    return done.returncode, done.stdout.decode("utf-8", "replace"), said
+
+
+def report(said: Sequence[Said], sources: Mapping[str, SourceFile], where: Span, diagnostics: Diagnostics) -> None:
+    """Compiler messages as findings at the author's lines; those of other files at ``where``."""
+    for message in said:
+        source = sources.get(message.file)
+        if source is not None and 1 <= message.line <= len(source.line_starts):
+            start = source.line_starts[message.line - 1] + max(message.column - 1, 0)
+            word = re.compile(r"\w+|.?").match(source.text, min(start, len(source.text)))
+            span = Span(source, word.start(), max(word.end(), word.start() + 1))
+        else:
+            span = where
+        findings.compiler(diagnostics, span, message.text, message.level == "warning")

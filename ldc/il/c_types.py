@@ -1,0 +1,76 @@
+"""What an IEC type is in C, the same in headers, generated code and bindings (docs/components.md)."""
+
+from __future__ import annotations
+
+from ldc.il.program import Unit
+from ldc.symbols import Variable
+from ldc.types import Array, Elementary, Enum, String, Subrange, Type, storage
+
+_SCALARS = {
+    "BOOL": "bool", "SINT": "int8_t", "INT": "int16_t", "DINT": "int32_t", "LINT": "int64_t",
+    "USINT": "uint8_t", "UINT": "uint16_t", "UDINT": "uint32_t", "ULINT": "uint64_t",
+    "BYTE": "uint8_t", "WORD": "uint16_t", "DWORD": "uint32_t", "LWORD": "uint64_t",
+    "REAL": "float", "LREAL": "double", "TIME": "int64_t", "LTIME": "int64_t",
+}
+
+# What C and C++ reserve and IEC 61131-3 does not.
+_RESERVED = frozenset("""
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
+    const_cast continue decltype default delete do double dynamic_cast else enum explicit export extern false
+    float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
+    private protected public register reinterpret_cast restrict return short signed sizeof static static_assert
+    static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned
+    using virtual void volatile wchar_t while xor xor_eq
+""".split())
+
+
+def scalar(type_: Type) -> str | None:
+    """The C type of one value (TIME: nanoseconds), None when C has none for it here."""
+    match type_:
+        case Enum() | Subrange():
+            return scalar(storage(type_))
+        case Elementary(name):
+            return _SCALARS.get(name)
+    return None
+
+
+def field(name: str, type_: Type) -> str | None:
+    """The declaration of a member: ``float speed``, ``int16_t values[10]``, a string as
+    ``struct { uint16_t length; char text[80]; } name``. None when the type cannot be a pin of C."""
+    sizes = ""
+    while isinstance(type_, Array):
+        sizes += f"[{type_.count}]"
+        type_ = type_.element
+    if isinstance(type_, String):
+        if type_.name != "STRING":
+            return None
+        return f"struct {{ uint16_t length; char text[{type_.length}]; }} {member(name)}{sizes}"
+    plain = scalar(type_)
+    return None if plain is None else f"{plain} {member(name)}{sizes}"
+
+
+def member(name: str) -> str:
+    """The name of a pin as a member in C."""
+    return f"{name}_" if name in _RESERVED else name
+
+
+def members(unit: Unit) -> dict[str, tuple[Variable, ...]]:
+    """What the structures ``in``, ``out`` and ``state`` of a unit with native code hold (``External``). The
+    power output is not among them when the IL around the native code makes it."""
+    made = {i.operand.root.upper() for r in unit.rungs if r.key == "power" for i in r.code if i.op == "ST"}
+    return {
+        "in": tuple(v for v in unit.variables if v.kind == "input"),
+        "out": tuple(v for v in unit.variables if v.kind == "output" and v.name.upper() not in made),
+        "state": tuple(v for v in unit.variables if v.kind == "local"),
+    }
+
+
+def structure(name: str, variables: tuple[Variable, ...]) -> str:
+    """The members of one of these structures, as C declares it. Raises ValueError for a type without C."""
+    lines = []
+    for v in variables:
+        declared = field(v.name, v.type)
+        if declared is None:
+            raise ValueError(f"{v.name}: {v.type} has no C type")
+        lines.append(f"    {declared};")
+    return "\n".join(["typedef struct {", *(lines or ["    uint8_t unused;"]), f"}} {name};"])

@@ -1,0 +1,31 @@
+"""Where the native code of a unit is, once it is built: what an engine needs to call it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ldc.types import Type
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """A global variable that native code names: ``offset`` in bytes in the memory that it is given."""
+
+    name: str
+    type: Type
+    offset: int
+    read: bool
+    written: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """``library`` exports ``entry`` and, when ``size`` is not 0, the pointer ``ldc_memory`` to that many
+    bytes, which hold the variables ``shared``."""
+
+    unit: str
+    library: Path
+    entry: str
+    size: int = 0
+    shared: tuple[Shared, ...] = ()
