@@ -13,6 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from ldc import types
+from ldc.components import body as component_body
+from ldc.components import host
+from ldc.components import project as components
 from ldc.diagnostics import Diagnostics
 from ldc.graph.build import build as graph_build
 from ldc.graph import rules
@@ -84,7 +87,7 @@ class _Body:
 @dataclass(frozen=True, slots=True)
 class Compiled:
     """``program`` and ``image`` are None when there were errors. ``units``: rungs by POU name;
-    ``timings``: seconds by stage."""
+    ``timings``: seconds by stage; ``natives``: components in C and C++, which engines build and call."""
 
     sources: Sources
     diagnostics: Diagnostics
@@ -94,6 +97,7 @@ class Compiled:
     program: il.Program | None = None
     image: il_image.Image | None = None
     timings: dict[str, float] = field(default_factory=dict)
+    natives: tuple[host.Native, ...] = ()
 
 
 def compile_paths(paths: Iterable[str], options: Options = Options()) -> Compiled:
@@ -129,6 +133,7 @@ class _Compile:
         self.options = options
         self.diagnostics = diagnostics
         self.timings: dict[str, float] = {}
+        self.natives: list[host.Native] = []
         self.done = self.total = 0
 
     @contextmanager
@@ -141,7 +146,9 @@ class _Compile:
 
     def run(self) -> Compiled:
         with self.timed("parse"):
-            project = ast.Project(tuple(parse_file(f, self.diagnostics) for f in self.sources.files))
+            files = tuple(parse_file(f, self.diagnostics) for f in self.sources.files)
+            self.components, more = components.used(files, self.sources.descriptors, self.diagnostics)
+            project = ast.Project((*files, *more))
         with self.timed("resolve"):
             self.model = resolve(project, self.diagnostics, self.sources.settings)
         self.total = sum(len(rungs_of(p.body)) for p in self.model.pous.values())
@@ -156,7 +163,8 @@ class _Compile:
             if built is not None:
                 unit, builds[pou.name] = built
                 units.append(unit)
-        result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings)
+        result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings,
+                          natives=tuple(self.natives))
         if self.diagnostics.has_errors:
             return result
         with self.timed("image"):
@@ -172,6 +180,8 @@ class _Compile:
             return self.text_pou(pou, scope)
         if isinstance(pou.body, StatementBody):
             return self.statements(pou, scope)
+        if isinstance(pou.body, ast.NativeBody):
+            return self.native(pou)
         if isinstance(pou.body, SfcBody):
             return self.chart(pou, scope)
         rungs = pou.body.rungs
@@ -314,6 +324,16 @@ class _Compile:
             code, temps = lower_body(actions, self.options.max_paren_depth)
         unit = il.Unit(pou.signature.kind, pou.name, (*pou.variables.values(), *temps), code,
                        pou.signature.result, pou.title)
+        return unit, ()
+
+    def native(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]]:
+        """A component in C or C++: its sources are read and checked here, and compiled when it is built."""
+        with self.timed("components"):
+            component = self.components[pou.name.upper()]
+            unit = component_body.unit(component, pou, host.digest(component, self.diagnostics))
+            native = host.Native(component, unit)
+            host.check(native, tuple(self.model.globals.values()), self.diagnostics)
+            self.natives.append(native)
         return unit, ()
 
     # -- the whole
