@@ -10,17 +10,16 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.components import c_source, cpp_source, findings, header, toolchain
 from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
 from ldc.components.descriptor import Component
 from ldc.components.find import body_sources
+from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics
 from ldc.il.external import Binding, Shared
 from ldc.il.layout import measure
-from ldc.il.program import Unit
 from ldc.parser.tables import cache_folder
 from ldc.source import SourceFile
 from ldc.symbols import Variable
@@ -31,14 +30,6 @@ FLAGS = ("-O2", "-g", "-fPIC", "-shared", "-fno-gnu-unique", "-ffp-contract=off"
          "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
 _CXX_SKIPS = ("-Werror=implicit-function-declaration", "-Werror=int-conversion",
               "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
-
-
-@dataclass(frozen=True, slots=True)
-class Native:
-    """A native component of a program with its typed function block."""
-
-    component: Component
-    unit: Unit
 
 
 def digest(component: Component, diagnostics: Diagnostics) -> str:

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.components import find, interface
 from ldc.components.descriptor import Component
 from ldc.diagnostics import Diagnostics
+from ldc.il.program import Unit
 from ldc.library import blocks
 from ldc.parser import ast
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
+
+
+@dataclass(frozen=True, slots=True)
+class Native:
+    """A component in C or C++ of a program, with its unit."""
+
+    component: Component
+    unit: Unit
 
 
 def used(files: tuple[ast.File, ...], descriptors: tuple[tuple[SourceFile, Path], ...], diagnostics: Diagnostics
