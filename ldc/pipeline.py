@@ -13,8 +13,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from ldc import types
-from ldc.components import body as component_body
-from ldc.components import host
 from ldc.components import project as components
 from ldc.diagnostics import Diagnostics
 from ldc.graph.build import build as graph_build
@@ -97,7 +95,7 @@ class Compiled:
     program: il.Program | None = None
     image: il_image.Image | None = None
     timings: dict[str, float] = field(default_factory=dict)
-    natives: tuple[host.Native, ...] = ()
+    natives: tuple[components.Native, ...] = ()
 
 
 def compile_paths(paths: Iterable[str], options: Options = Options()) -> Compiled:
@@ -133,7 +131,7 @@ class _Compile:
         self.options = options
         self.diagnostics = diagnostics
         self.timings: dict[str, float] = {}
-        self.natives: list[host.Native] = []
+        self.natives: list[components.Native] = []
         self.done = self.total = 0
 
     @contextmanager
@@ -328,10 +326,12 @@ class _Compile:
 
     def native(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]]:
         """A component in C or C++: its sources are read and checked here, and compiled when it is built."""
+        from ldc.components import body, host  # slow to load, and most projects have no such component
+
         with self.timed("components"):
             component = self.components[pou.name.upper()]
-            unit = component_body.unit(component, pou, host.digest(component, self.diagnostics))
-            native = host.Native(component, unit)
+            unit = body.unit(component, pou, host.digest(component, self.diagnostics))
+            native = components.Native(component, unit)
             host.check(native, tuple(self.model.globals.values()), self.diagnostics)
             self.natives.append(native)
         return unit, ()
