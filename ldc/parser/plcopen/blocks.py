@@ -9,7 +9,9 @@ from ldc.parser import ast
 from ldc.parser.plcopen import findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
+from ldc.parser.plcopen.pins import OpenPins
 from ldc.parser.plcopen.structured import statements
+from ldc.source import Span
 from ldc.types import BOOL
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ class Pins:
         self.signature = None if self.is_function else blocks.signature(self.type.upper())
         self.executes = next(element.node.descendants("STCode"), None)
         self.pins: list[ast.Pin] = []
+        self.open: list[tuple[str, Span]] = []
         self.reads: list[str] = []
         self.writes: list[str] = []
         self.power_in: str | None = NO_WIRE
@@ -52,6 +55,8 @@ class Pins:
                 self.signature = None
         for pin in self.element.inputs:
             self._input(pin)
+        if self.is_function:
+            self._open_inputs()
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
                           self._usual(self.power_out, "out"), span)
@@ -106,6 +111,18 @@ class Pins:
             value = texts.negated(value)
         if value is not None:
             self.pins.append(ast.Pin(name, value, False, span))
+        elif pin.name.upper() != "EN":
+            self.open.append((pin.name, span))
+
+    def _open_inputs(self) -> None:
+        """A function cannot keep what an input had: an open one gets a value."""
+        where = f"{self.writer.drawing.where}: {self.element.describe()}"
+        made = OpenPins(where, self.writer.diagnostics)
+        own = self.writer.drawing.more.functions.get(self.type.upper())
+        if own is None:
+            self.pins = made.standard(self.type, self.pins, self.open)
+        else:
+            self.pins = made.own(own["VAR_INPUT"], self.pins, self.node.span)
 
     def _superfluous(self, pin: Input) -> bool:
         """Whether this is EN of a function block that has none, and always on."""

@@ -59,6 +59,10 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         for pin in element.inputs:
             for source in pin.sources - {RAIL}:
                 feeds.setdefault(source[0], []).append((element, pin))
+    for element in elements.values():
+        if element.kind == "inVariable" and not users[element.id] and not drawing.broken:
+            what = f"{drawing.where}: {element.describe()}"
+            findings.loose(diagnostics, element.node.span, what, "is wired to nothing")
     work = list(elements.values())
     gone: set[str] = set()
     while work:

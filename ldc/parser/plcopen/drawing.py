@@ -10,6 +10,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
+from ldc.parser.plcopen.pins import standard_names
 from ldc.source import Span
 
 Output = tuple[str, str]
@@ -81,7 +82,8 @@ class Element:
 
 class Drawing:
     """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``broken``:
-    a part could not be read, so that others seem to be loose."""
+    a part could not be read, so that others seem to be loose; ``placeholders``: boxes that an editor draws
+    at open pins, in which no variable is named."""
 
     def __init__(self, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
         self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
@@ -89,11 +91,15 @@ class Drawing:
         self.notes: list[Node] = []
         self.labels: list[Node] = []
         self.broken = False
+        self.placeholders: set[str] = set()
         for index, node in enumerate(body.children):
             if node.tag in ("comment", "vendorElement"):
                 self.notes.append(node)
             elif node.tag == "label":
                 self.labels.append(node)
+            if node.tag in ("inVariable", "outVariable") and not _written(node):
+                self.placeholders.add(node.get("localId").strip())
+                continue
             if node.tag in ELEMENTS:
                 self._element(node, index)
             elif node.tag not in _IGNORED:
@@ -116,10 +122,11 @@ class Drawing:
         element = Element(id_, node, ())
         element.order = (0, number, index) if number > 0 else (1, *element.position, index)
         if node.tag == "block":
-            for group, in_out in (("inputVariables", False), ("inOutVariables", True)):
-                pins = node.find(group)
-                for pin in pins.all("variable") if pins is not None else ():
-                    element.inputs.append(self._input(pin, pin.get("formalParameter").strip()))
+            drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
+                     for pin in pins.all("variable")]
+            names = standard_names(node.get("typeName").strip(), not node.get("instanceName").strip(),
+                                   [pin.get("formalParameter").strip() for pin in drawn])
+            element.inputs += map(self._input, drawn, names)
             pins = node.find("outputVariables")
             for pin in pins.all("variable") if pins is not None else ():
                 point = pin.find("connectionPointOut", "expression")
@@ -152,6 +159,8 @@ class Drawing:
         for wire in point.all("connection") if point is not None else ():
             id_ = wire.get("refLocalId").strip()
             source = self.elements.get(id_)
+            if source is None and id_ in self.placeholders:
+                continue
             if source is None:
                 if id_ not in known:
                     self.broken = True
@@ -238,6 +247,12 @@ def output_of(block: Element, name: str) -> str:
     if key in names or not block.outputs:
         return key
     return block.outputs[0].name.upper()
+
+
+def _written(node: Node) -> bool:
+    """Whether a variable box of an editor names anything."""
+    text = node.find("expression") or node.find("variable")
+    return text is not None and _text(text) is not None
 
 
 def _text(node: Node | None) -> Span | None:

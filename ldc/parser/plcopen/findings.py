@@ -44,6 +44,11 @@ def no_such_element(diagnostics: Diagnostics, span: Span, where: str, target: st
                       help="draw the wire again in the editor that the file comes from")
 
 
+def open_pin(diagnostics: Diagnostics, span: Span, where: str, pin: str, what: str) -> None:
+    diagnostics.warning("LD0148", f"{where} has nothing at its input {pin}, which {what}", span, "open input",
+                        help="a function has no memory: connect the input in the drawing")
+
+
 def loose(diagnostics: Diagnostics, span: Span, where: str, why: str) -> None:
     diagnostics.warning("LD0147", f"{where} {why} and is left out", span, "not part of a rung",
                         help="connect it, or delete it from the drawing")

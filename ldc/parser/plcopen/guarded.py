@@ -22,7 +22,8 @@ Pins = dict[str, tuple[ast.VarDecl, ...]]
 @dataclass(slots=True)
 class Additions:
     """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
-    the project, by name in capitals; ``local``: variables of the POU; ``retyped``: other types for these;
+    the project, by name in capitals; ``functions``: those of the functions; ``local``: variables of the
+    POU; ``retyped``: other types for these;
     ``prefix``: of the names of function blocks that are made."""
 
     interfaces: dict[str, Pins] = field(default_factory=dict)
@@ -31,6 +32,7 @@ class Additions:
     retyped: dict[str, str] = field(default_factory=dict)
     pous: dict[str, ast.Pou] = field(default_factory=dict)
     prefix: str = ""
+    functions: Mapping[str, Pins] = field(default_factory=dict)
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""

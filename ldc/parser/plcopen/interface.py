@@ -33,7 +33,8 @@ def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
         return None
     location = node.get("address").strip().upper() or None
     value = initial(node.find("initialValue"), diagnostics)
-    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span)
+    note = texts.prose(node.find("documentation")) or None
+    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note)
 
 
 def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:
@@ -73,8 +74,11 @@ def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.Type
         return ast.SubrangeType(base.name, *bounds, node.whole)
     if tag.upper() in ELEMENTARY:
         return ast.NamedType(tag.upper(), None, node.span)
-    findings.unsupported(diagnostics, node.span, f"ldc has no type <{tag}>", "used here",
-                         "use one of the types of IEC 61131-3, 2nd edition")
+    help = "use one of the types of IEC 61131-3, 2nd edition"
+    if tag in ("pointer", "reference"):
+        help = "hand a variable over as VAR_IN_OUT, or use an ARRAY and an index"
+    findings.unsupported(diagnostics, node.span, f"`{of.get('name')[:40]}` has the type <{tag[:40]}>, which ldc "
+                         "does not have", "used here", help)
     return None
 
 

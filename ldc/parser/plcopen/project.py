@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.parser import ast
-from ldc.parser.plcopen import configuration, findings, interface, texts
+from ldc.parser.foreign import Reading
+from ldc.parser.plcopen import configuration, findings, interface, others, texts
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
+from ldc.parser.plcopen.lists import Lists, are_named
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.statements import StatementBody
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
 _GRAPHICAL = ("LD", "FBD")
+_NOT_OURS = ("libraryBlocks",)
+"""Interfaces of blocks of the editor, in additional data."""
 
 
 def is_xml(source: SourceFile) -> bool:
@@ -26,19 +30,36 @@ def is_xml(source: SourceFile) -> bool:
 def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     """All POUs, types, global variables and configurations of the project (codes LD014x)."""
     root = Document(source, diagnostics).root
-    if root is not None and root.tag != "project":
+    lists = Lists(root) if root is not None and are_named(source) else None
+    if lists is not None and (plain := lists.unqualified(source)) is not source:
+        root = Document(plain, diagnostics).root
+    if root is not None and root.tag not in ("project", "pou"):
         findings.no_project(diagnostics, root.span, root.tag)
         root = None
     if root is None:
         return ast.File(source, (), (), (), (), (), True)
     before = {d.sort_key for d in diagnostics}
+    reading = Reading(source, "PLCopen XML", diagnostics)
+    others.tell(root, reading)
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
     types, pous = tuple(t for t in types if t), _pous(root, diagnostics)
     configurations, loose = _instances(root, diagnostics)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     lost = any(d.severity is Severity.ERROR and d.sort_key not in before for d in diagnostics)
-    return ast.File(source, pous, types, loose, configurations, (), lost)
+    remarks = reading.remarks
+    if lists is not None and lists.renamed:
+        loose = tuple(lists.named(block, remarks) for block in loose)
+        configurations = tuple(_named(found, lists, remarks) for found in configurations)
+    return ast.File(source, pous, types, loose, configurations, (), lost, tuple(remarks))
+
+
+def _named(found: ast.Configuration, lists: Lists, remarks: list[ast.Remark]) -> ast.Configuration:
+    def blocks(holder: ast.Configuration | ast.Resource) -> tuple[ast.VarBlock, ...]:
+        return tuple(lists.named(block, remarks) for block in holder.var_blocks)
+
+    resources = tuple(replace(r, var_blocks=blocks(r)) for r in found.resources)
+    return replace(found, var_blocks=blocks(found), resources=resources)
 
 
 def _instances(
@@ -88,13 +109,15 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
 
 def _pous(root: Node, diagnostics: Diagnostics) -> tuple[ast.Pou, ...]:
     """All POUs, and behind them the function blocks that their drawings need."""
-    heads = [h for node in root.descendants("pou") if (h := _head(node, diagnostics)) is not None]
+    nodes = [root] if root.tag == "pou" else root.descendants("pou", *_NOT_OURS)
+    heads = [h for node in nodes if node.tag == "pou" and (h := _head(node, diagnostics)) is not None]
     interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
+    functions = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION"}
     made: dict[str, ast.Pou] = {}
     pous = []
     for head in heads:
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
-        more = Additions(interfaces, local, pous=made)
+        more = Additions(interfaces, local, pous=made, functions=functions)
         body = _body(head.node, head.name, more, diagnostics)
         sections = retype(head.sections, more.retyped)
         if more.variables:

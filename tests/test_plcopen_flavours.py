@@ -1,0 +1,203 @@
+"""PLCopen XML as editors write it: pin names, placeholders, open inputs, lists of globals, other parts."""
+
+from __future__ import annotations
+
+import pytest
+from plcopen_xml import (
+    block,
+    coil,
+    contact,
+    element,
+    fbd,
+    ladder,
+    pou,
+    project,
+    rail,
+    result,
+    right,
+    value,
+    wires,
+)
+from test_plcopen import built, compiled, run, said
+
+from ldc.parser.unparse import rung_text
+
+BOOLS = "a b c d q w z : BOOL"
+VALUES = f"{BOOLS}; i j k : INT; x y : REAL; t : TON; n : CTU; m : CTD; f : SR; g : RS; u : WORD"
+START = f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'q', 2)}</LD>"
+
+
+def codes(xml: str) -> list[str]:
+    return [d.code for d in compiled(xml).diagnostics]
+
+
+# ---- names of pins
+
+
+@pytest.mark.parametrize("outputs", [("Out1",), ("ENO", "Out1")])
+def test_an_editor_that_counts_the_inputs_of_a_comparison_from_en(outputs) -> None:
+    xml = ladder(VALUES, rail(), contact(2, "a"), value(4, "i"), value(5, "3"),
+                 block(3, "GT", {"EN": 2, "In2": 4, "In3": 5}, outputs), coil(6, "q", "3.Out1"))
+    assert run(xml, [{"i": 5}, {"a": 1}, {"i": 3}], "q") == ["0", "1", "0"]
+
+
+def test_a_wire_may_name_the_output_otherwise_than_the_block() -> None:
+    xml = ladder(VALUES, rail(), contact(2, "a"), value(4, "i"), value(5, "3"),
+                 block(3, "EQ", {"EN": 2, "In2": 4, "In3": 5}, ("Out1",)), coil(6, "q", "3.q"))
+    assert run(xml, [{"a": 1}, {"i": 3}], "q") == ["0", "1"]
+
+
+def test_results_of_functions_have_many_names() -> None:
+    inner = ('<inputVariables><variable formalParameter="EN">' + wires(2) + "</variable>"
+             '<variable formalParameter="In2">' + wires(4) + "</variable></inputVariables><inOutVariables/>"
+             '<outputVariables><variable formalParameter="ENO"><connectionPointOut/></variable>'
+             '<variable formalParameter="Out2"><connectionPointOut><expression>j</expression>'
+             "</connectionPointOut></variable></outputVariables>")
+    xml = ladder(VALUES, rail(), contact(2, "a"), value(4, "i"), element("block", 3, inner, typeName="MOVE"),
+                 right(9, "3.ENO"))
+    assert run(xml, [{"i": 5}, {"a": 1}], "j") == ["0", "5"]
+
+
+def test_long_names_of_the_inputs_of_standard_blocks() -> None:
+    counters = ladder(
+        VALUES, rail(), contact(2, "a"), contact(3, "b"), value(4, "2"),
+        block(5, "CTU", {"CU": 2, "RESET": 3, "PV": 4}, ("Q", "CV"), "n"), coil(6, "q", "5.Q"),
+        block(7, "CTD", {"CD": 2, "LOAD": 3, "PV": 4}, ("Q", "CV"), "m", at=(70, 60)), coil(8, "w", "7.Q"))
+    rows = run(counters, [{"b": 1}, {"b": 0}, {"a": 1}, {"a": 0}, {"a": 1}, {"b": 1}], "n.CV m.CV q w")
+    assert rows == ["0 2 0 0", "0 2 0 0", "1 1 0 0", "1 1 0 0", "2 0 1 1", "0 2 0 0"]
+    latches = ladder(
+        VALUES, rail(), contact(2, "a"), contact(3, "b"),
+        block(5, "SR", {"SET1": 2, "RESET": 3}, ("Q1",), "f"),
+        coil(6, "q", "5.Q1"), block(7, "RS", {"SET": 2, "RESET1": 3}, ("Q1",), "g"), coil(8, "w", "7.Q1"))
+    rows = run(latches, [{"a": 1, "b": 1}, {"b": 0}, {"a": 0}, {"b": 1}], "q w")
+    assert rows == ["1 0", "1 1", "1 1", "0 0"]
+
+
+# ---- open pins
+
+
+def test_boxes_without_a_name_stand_at_open_pins() -> None:
+    xml = ladder(
+        VALUES, rail(), contact(2, "a"), element("inVariable", 5, "<connectionPointOut/><expression/>"),
+        block(3, "CTU", {"CU": 2, "R": 5, "PV": 6}, ("Q", "CV"), "n"), value(6, "1"), coil(4, "q", "3.Q"),
+        element("outVariable", 7, wires("3.CV") + "<expression/>"))
+    assert not said(built(xml))
+    assert run(xml, [{"a": 1}], "q n.CV") == ["1 1"]
+
+
+def test_open_inputs_of_function_blocks_keep_what_they_had() -> None:
+    timer = block(3, "TON", {"IN": 2, "PT": None}, ("Q",), "t")
+    xml = ladder(VALUES, rail(), contact(2, "a"), timer, coil(4, "q", "3.Q"))
+    assert not said(built(xml))
+    assert run(xml, [{"a": 1}, {}], "q") == ["1", "1"]
+
+
+@pytest.mark.parametrize("name, sources, gives", [
+    ("AND", (1, 2, None), "1"), ("OR", (None, 3, 1), "1"), ("XOR", (1, None, 2), "0"),
+    ("AND", (1, None), "0"), ("OR", (None, 1), "1"), ("EQ", (3, None), "1")])
+def test_open_inputs_of_standard_functions_are_told(name: str, sources: tuple, gives: str) -> None:
+    pins = {f"IN{n}": source for n, source in enumerate(sources, 1)}
+    drawn = block(4, name, pins, ("OUT",))
+    xml = fbd(BOOLS, value(1, "a"), value(2, "b"), value(3, "c"), drawn, result(5, "q", "4.OUT"))
+    assert codes(xml).count("LD0148") == 1
+    assert run(xml, [{"a": 1, "b": 1}], "q") == [gives]
+
+
+FUNCTION = pou(
+    "<ST><p>scaled := p + more; </p></ST>", "", name="scaled", kind="function",
+    sections='<returnType><INT/></returnType><inputVars><variable name="p"><type><INT/></type></variable>'
+             '<variable name="more"><type><INT/></type><initialValue><simpleValue value="7"/></initialValue>'
+             "</variable>"
+             '<variable name="far"><type><BOOL/></type></variable></inputVars>')
+
+
+@pytest.mark.parametrize("out", ["scaled", "OUT"])
+def test_open_inputs_of_own_functions_have_their_declared_values(out: str) -> None:
+    drawn = block(4, "scaled", {"EN": 2, "p": 3, "more": None}, ("ENO", out))
+    parts = rail(), contact(2, "a"), value(3, "i"), drawn, result(5, "j", f"4.{out}"), coil(6, "q", "4.ENO")
+    xml = project(FUNCTION, pou(f"<LD>{''.join(parts)}</LD>", "a q : BOOL; i j : INT"))
+    assert codes(xml) == ["LD0148", "LD0148"]
+    assert run(xml, [{"i": 1}, {"a": 1}], "j q") == ["0 0", "8 1"]
+
+
+# ---- lists of global variables
+
+BUTTON = "<variable name='start'><type><BOOL/></type></variable>"
+LISTS = (f"<addData><data name='.../globalvars'><globalVars name='GVL'>{BUTTON}<variable name='Level'><type>"
+         f"<INT/></type></variable></globalVars><globalVars name='HMI'>{BUTTON}</globalVars></data></addData>"
+         "</project>")
+
+
+def test_variables_of_lists_are_found_by_their_qualified_names() -> None:
+    xml = ladder("q : BOOL", rail(), contact(2, "GVL.start"), contact(4, "HMI.start", 2),
+                 contact(5, "gvl.level = 3", 4), coil(3, "q", 5)).replace("</project>", LISTS)
+    found = built(xml)
+    (rung,) = found.units["main"]
+    assert rung_text(rung.rung) == "RUNG\n    [GVL_start] [HMI_start] [level = 3] (q)"
+    remarks = [(r.kind, r.what, r.into) for r in found.project.files[0].remarks]
+    assert remarks == [("renamed", "GVL.start", "GVL_start"), ("renamed", "HMI.start", "HMI_start")]
+
+
+def test_a_local_variable_does_not_hide_a_qualified_one() -> None:
+    statements = "<ST><p>start := TRUE; q := HMI.start;</p></ST>"
+    xml = project(pou(statements, "start q : BOOL")).replace("</project>", LISTS)
+    assert run(xml, [{}], "start q") == ["1 0"]
+
+
+def test_an_unknown_variable_of_a_list_is_told_where_it_is() -> None:
+    xml = project(pou(START.replace(">a<", ">GVL.stop<"), "q : BOOL")).replace("</project>", LISTS)
+    (found,) = [d for d in compiled(xml).diagnostics if d.severity.value == "error"]
+    line = xml[: xml.index("GVL.stop")].count("\n") + 1
+    assert (found.code, found.primary.span.position[0]) == ("LD0404", line)
+
+
+# ---- other parts of a file
+
+
+def test_interfaces_of_blocks_of_the_editor_are_not_ours() -> None:
+    known = ("<addData><data name='openplc.org/library-blocks'><libraryBlocks><pou name='CTU' "
+             "pouType='functionBlock'><interface><outputVars><variable name='Q'><type><BOOL/></type>"
+             "</variable></outputVars></interface></pou></libraryBlocks></data></addData></project>")
+    assert run(project(pou(START, "a q : BOOL")).replace("</project>", known), [{"a": 1}], "q") == ["1"]
+
+
+def test_a_single_pou_is_a_project() -> None:
+    assert run(pou(START, "a q : BOOL").replace("<pou ", '<pou xmlns="http://www.plcopen.org/xml/tc6_0201" '),
+               [{"a": 1}], "q") == ["1"]
+
+
+@pytest.mark.parametrize("part", [
+    "<actions><action name='act'><body><ST><p>q := TRUE;</p></ST></body></action></actions>",
+    "<addData><data name='x'><Method name='m'><body><ST><p>;</p></ST></body></Method></data></addData>",
+])
+def test_actions_and_methods_are_told(part: str) -> None:
+    assert "LD0151" in codes(project(pou(START, "a q : BOOL")).replace("<body>", f"{part}<body>"))
+
+
+def test_access_paths_are_left_out() -> None:
+    access = ("<accessVars><accessVariable alias='x' instancePathAndName='r.a' direction='readOnly'><type>"
+              "<BOOL/></type></accessVariable></accessVars>")
+    xml = project(pou(START, "a q : BOOL", sections=access))
+    assert codes(xml) == ["LD0152"] and built(xml)
+
+
+def test_pointers_are_told_with_their_variable() -> None:
+    pointer = "<variable name='p'><type><pointer><baseType><INT/></baseType></pointer></type></variable>"
+    xml = project(pou(START, "a q : BOOL", sections=f"<localVars>{pointer}</localVars>"))
+    assert "`p` has the type <pointer>" in said(compiled(xml))
+
+
+def test_an_input_variable_that_nothing_reads_is_told() -> None:
+    xml = fbd(VALUES, value(1, "i"), value(2, "j"), result(3, "k", 1))
+    assert codes(xml) == ["LD0147"] and built(xml)
+
+
+def test_documentation_is_kept() -> None:
+    xml = project(pou(START, "a q : BOOL")).replace(
+        '<variable name="a"><type><BOOL/></type>',
+        '<variable name="a"><type><BOOL/></type><documentation><p>Start\n button</p></documentation>'
+    ).replace(
+        "</body></pou>", "</body><documentation><p>Starts the pump</p></documentation></pou>")
+    (found,) = built(xml).project.files[0].pous
+    assert found.title == "Starts the pump"
+    assert [v.note for b in found.var_blocks for v in b.variables] == ["Start button", None]
