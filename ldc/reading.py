@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import re
 from pathlib import Path
 
 from ldc.diagnostics import Diagnostics
@@ -11,12 +12,20 @@ from ldc.source import SourceFile, Span
 LIMIT = 64 * 1024 * 1024
 """Bytes. A text of that size is no ladder that anyone drew; it would only eat the memory."""
 
+_XML = re.compile(rb"""\s*<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([A-Za-z][\w.-]{0,30})["']""")
+_ENCODINGS = re.compile(
+    r"(iso|windows|cp|koi8|mac|gb|big5|shift|sjis|euc|ks|us-ascii|ascii|latin)[\w.-]*\Z", re.IGNORECASE
+)
+_UTF_16 = {
+    codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"
+}
+
 
 def read_source(path: Path, shown: str, diagnostics: Diagnostics) -> SourceFile | None:
     """The text of a file, or None with one finding added.
 
-    UTF-8, with or without a byte order mark; every kind of line end becomes ``\\n``, so that a rung has
-    one digest whatever the editor. `shown` is the name that messages use.
+    UTF-8, with or without a byte order mark, and for XML what it declares; every kind of line end becomes
+    ``\\n``, so that a rung has one digest whatever the editor. `shown` is the name that messages use.
     """
     try:
         with open(path, "rb") as file:
@@ -52,6 +61,9 @@ def missing(shown: str, diagnostics: Diagnostics, help: str = "", span: Span | N
 def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | None:
     if data.startswith(codecs.BOM_UTF8):
         data = data[len(codecs.BOM_UTF8) :]
+    text = _as_declared(data)
+    if text is not None:
+        return SourceFile(shown, _line_ends(text))
     try:
         return SourceFile(shown, _line_ends(data.decode("utf-8")))
     except UnicodeDecodeError as error:
@@ -72,6 +84,22 @@ def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | N
         help=help,
     )
     return None
+
+
+def _as_declared(data: bytes) -> str | None:
+    """The text of XML that is not UTF-8, by its first bytes or its declaration; None when it is UTF-8, no XML,
+    or not what it says."""
+    encoding = _UTF_16.get(data[:2])
+    if encoding is None and (declared := _XML.match(data)) is not None:
+        name = declared[1].decode("ascii")
+        encoding = name if _ENCODINGS.match(name) else None
+    if encoding is None:
+        return None
+    try:
+        text = data.decode(encoding)
+    except (LookupError, ValueError):
+        return None
+    return text if text.lstrip()[:1] == "<" else None
 
 
 def _line_ends(text: str) -> str:

@@ -21,6 +21,7 @@ from plcopen_xml import (
 from test_plcopen import built, compiled, run, said
 
 from ldc.parser.unparse import rung_text
+from ldc.pipeline import compile_paths
 
 BOOLS = "a b c d q w z : BOOL"
 VALUES = f"{BOOLS}; i j k : INT; x y : REAL; t : TON; n : CTU; m : CTD; f : SR; g : RS; u : WORD"
@@ -201,3 +202,33 @@ def test_documentation_is_kept() -> None:
     (found,) = built(xml).project.files[0].pous
     assert found.title == "Starts the pump"
     assert [v.note for b in found.var_blocks for v in b.variables] == ["Start button", None]
+
+
+# ---- encodings
+
+
+@pytest.mark.parametrize("encoding", [
+    "utf-8", "UTF-8-SIG", "iso-8859-1", "ISO-8859-15", "windows-1252", "UTF-16", "utf-16-le", "utf-16-be", "cp1250",
+    "gbk"])
+def test_xml_in_the_encoding_that_it_declares(encoding: str, tmp_path) -> None:
+    word = "Kühlung" if encoding != "gbk" else "冷却"
+    xml = project(pou(START.replace(">a<", f">x<!--{word}--><"), "x q : BOOL")).replace(
+        'encoding="utf-8"', f'encoding="{encoding.removesuffix("-SIG")}"').replace(
+        "</body>", f"</body><documentation><p>{word}</p></documentation>").replace("\n", "\r\n")
+    path = tmp_path / "plc.xml"
+    path.write_bytes(xml.encode(encoding))
+    result = compile_paths([str(path)])
+    assert result.program is not None, said(result)
+    assert result.project.files[0].pous[0].title == word
+
+
+@pytest.mark.parametrize("data", [
+    b'<?xml version="1.0" encoding="utf-8"?><project a="\xe4"/>', b'<?xml version="1.0"?><project a="\xe4"/>',
+    b'<?xml version="1.0" encoding="gbk"?><project a="\x80\xff"/>', b"\xff\xfe<", b"<\0", b"\xff\xfeP\0R\0",
+    b'<?xml version="1.0" encoding="rot13"?><project/>', b'<?xml version="1.0" encoding="unicode_escape"?>\\x\xe4',
+    b'<?xml version="1.0" encoding="cp1"?><project/>'])
+def test_text_that_is_not_in_its_encoding_is_told(data: bytes, tmp_path) -> None:
+    path = tmp_path / "plc.xml"
+    path.write_bytes(data)
+    result = compile_paths([str(path)])
+    assert result.program is None and result.diagnostics.has_errors
