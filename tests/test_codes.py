@@ -1,7 +1,8 @@
 """Every diagnostic has one place that raises it, a page that explains it, and an example that shows it.
 
 An example is `tests/errors/LDnnnn.ld`, checked by itself, or a folder `tests/errors/LDnnnn/` with several
-files; the folder's file `command`, when it has one, holds the arguments of ldc (one line, run inside it).
+files; the folder's file `command`, when it has one, holds the arguments of ldc (one line, run inside it), its
+file `environment` variables (NAME=VALUE, one a line). Packages in the folder are found.
 `LDnnnn.txt` beside it is what the user then sees.
 """
 
@@ -86,6 +87,10 @@ def test_example_shows_what_the_user_sees(code: str, capsys, monkeypatch, golden
         folder = example
         command = example / "command"
         arguments = shlex.split(command.read_text(encoding="utf-8")) if command.exists() else ["check", "."]
+        monkeypatch.syspath_prepend(example)
+        settings = example / "environment"
+        for line in settings.read_text(encoding="utf-8").splitlines() if settings.exists() else ():
+            monkeypatch.setenv(*line.split("=", 1))
     monkeypatch.chdir(folder)
     status = main(arguments)
     shown = capsys.readouterr().err

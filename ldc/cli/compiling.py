@@ -10,7 +10,8 @@ from functools import cache
 
 from ldc import pipeline
 from ldc.cli.console import is_terminal, report
-from ldc.diagnostics import Invalid, Locate, Severity
+from ldc.diagnostics import Diagnostics, Invalid, Locate, Severity
+from ldc.il.external import Binding
 from ldc.manifest import Sources
 
 _QUIET = 0.5
@@ -43,6 +44,21 @@ def locator(result: pipeline.Compiled) -> Locate:
         return Locator(result.project.files, pins_from(result.model.signatures))
 
     return lambda span, style: found()(span, style)
+
+
+def native_code(result: pipeline.Compiled) -> tuple[Binding, ...]:
+    """The libraries of the components in C and C++, compiled now or before. Raises Invalid when they cannot be."""
+    if not result.natives:
+        return ()
+    from ldc.components import host  # slow to load, and most projects have no such component
+
+    diagnostics = Diagnostics()
+    globals_ = tuple(result.model.globals.values())
+    built = [host.build(native, globals_, diagnostics) for native in result.natives]
+    if diagnostics.has_errors:
+        raise Invalid(diagnostics)
+    report(diagnostics)
+    return tuple(binding for binding in built if binding is not None)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.cli.compiling import compiled, locator
+from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
@@ -61,7 +61,8 @@ def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | No
     number = next(i for i, resource in enumerate(resources) if resource.runs)
     if sum(bool(resource.runs) for resource in resources) > 1:
         say(f"note: only processor `{resources[number].processor}` is run")
-    return Machine(result.program, number, period or (manifest.period if manifest else None))
+    period = period or (manifest.period if manifest else None)
+    return Machine(result.program, number, period, native_code(result))
 
 
 def _stimuli(inputs: str | None, manifest: Manifest | None, machine: Machine) -> Stimuli:

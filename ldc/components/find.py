@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
@@ -16,13 +17,23 @@ GROUP = "ldc.components"
 """The entry point group. The value of an entry point is a package; the descriptors lie in its folder."""
 
 
-def components(sources: Iterable[tuple[SourceFile, Path]], diagnostics: Diagnostics) -> dict[str, Component]:
-    """Components by name in capitals from descriptors (text, folder). Names and ids are unique."""
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Components by name in capitals, and the descriptors that are wrong."""
+
+    components: dict[str, Component]
+    broken: tuple[SourceFile, ...] = ()
+
+
+def components(sources: Iterable[tuple[SourceFile, Path]], diagnostics: Diagnostics) -> Known:
+    """The components of descriptors (text, folder). Names and ids are unique."""
     found: dict[str, Component] = {}
     ids: dict[str, Component] = {}
+    broken: list[SourceFile] = []
     for source, folder in sources:
         made = load(source, folder, diagnostics)
         if made is None:
+            broken.append(source)
             continue
         same_name, same_id = found.get(made.name.upper()), ids.get(made.id.upper())
         if same_name is not None:
@@ -33,7 +44,9 @@ def components(sources: Iterable[tuple[SourceFile, Path]], diagnostics: Diagnost
                            same_id.span("component", "id"))
         else:
             found[made.name.upper()], ids[made.id.upper()] = made, made
-    return found
+            continue
+        broken.append(source)
+    return Known(found, tuple(broken))
 
 
 def in_folder(folder: Path, deep: bool) -> list[Path]:

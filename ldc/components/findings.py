@@ -88,8 +88,17 @@ def unknown_symbol(diagnostics: Diagnostics, span: Span, macro: str, name: str, 
 
 
 def wrong_macro(diagnostics: Diagnostics, span: Span, macro: str) -> None:
-    diagnostics.error("LD1016", f"{macro} takes the name of one symbol", span, "used differently here",
-                      help=f"write {macro}(name)")
+    _misused(diagnostics, span, f"{macro} takes the name of one symbol", "used differently here",
+             f"write {macro}(name)")
+
+
+def address_of(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    _misused(diagnostics, span, f"the address of `{name}` cannot be taken", "a bit has none",
+             "copy it into a variable")
+
+
+def _misused(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD1016", message, span, label, help=help)
 
 
 def no_write(diagnostics: Diagnostics, span: Span, name: str, area: str, processor: str, writers: str) -> None:
@@ -103,11 +112,6 @@ def no_entry(diagnostics: Diagnostics, span: Span, entry: str, component: str) -
                       "uint32_t dt_us)")
 
 
-def address_of(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    diagnostics.error("LD1019", f"the address of `{name}` cannot be taken", span, "a bit has none",
-                      help="copy it into a variable")
-
-
 def cannot_write(diagnostics: Diagnostics, path: str, why: str) -> None:
-    diagnostics.error("LD1020", f"cannot write into `{path}`: {why}", None,
+    diagnostics.error("LD1019", f"cannot write into `{path}`: {why}", None,
                       help="compiled components are kept there; XDG_CACHE_HOME names another folder")

@@ -112,7 +112,8 @@ def _rewrite(native: Native, memory: AddressMap, folder: Path, diagnostics: Diag
         writes |= made.writes
         defines |= made.defines
     if component.entry not in defines:
-        findings.no_entry(diagnostics, component.span("function", "entry"), component.entry, component.name)
+        at = component.span("function", "entry" if ("function", "entry") in component.spans else "sources")
+        findings.no_entry(diagnostics, at, component.entry, component.name)
         return None
     return texts, reads, writes
 

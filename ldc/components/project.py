@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 from ldc.components import find, interface
 from ldc.components.descriptor import Component
@@ -24,26 +23,31 @@ class Native:
     unit: Unit
 
 
-def used(files: tuple[ast.File, ...], descriptors: tuple[tuple[SourceFile, Path], ...], diagnostics: Diagnostics
+def own_sources(known: find.Known) -> frozenset[str]:
+    """Paths of the files that are bodies of components: no sources of the project beside that."""
+    return frozenset((c.folder / name).as_posix() for c in known.components.values() for name in c.sources)
+
+
+def used(files: tuple[ast.File, ...], known: find.Known, diagnostics: Diagnostics
          ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
     """Components that declarations name, by name in capitals, and a file with the function block of each.
     Those of the project come first; installed packages are asked for what is still unknown."""
-    known = find.components(descriptors, diagnostics)
     declared = {name.upper() for file in files for name in _declared(file)}
     asked = False
     chosen: dict[str, Component] = {}
-    made: list[ast.File] = []
+    made: list[ast.File] = [_nothing(source) for source in known.broken]
     todo = [name for file in files for name in _named(file)]
     while todo:
         name = todo.pop()
         if name in chosen:
             continue
-        unknown = name not in known and name not in declared and name not in ELEMENTARY
+        unknown = name not in known.components and name not in declared and name not in ELEMENTARY
         if unknown and not asked and blocks.signature(name) is None:
             asked = True
             installed = find.components(find.installed(diagnostics), diagnostics)
-            known = installed | known
-        component = known.get(name)
+            made += [_nothing(source) for source in installed.broken]
+            known = replace(known, components=installed.components | known.components)
+        component = known.components.get(name)
         if component is None:
             continue
         chosen[name] = component
@@ -53,10 +57,15 @@ def used(files: tuple[ast.File, ...], descriptors: tuple[tuple[SourceFile, Path]
     return chosen, tuple(made)
 
 
+def _nothing(source: SourceFile) -> ast.File:
+    """What a descriptor gives that could not be read."""
+    return ast.File(source, (), (), (), (), (), incomplete=True)
+
+
 def _file(component: Component, diagnostics: Diagnostics) -> ast.File:
     sources = find.body_sources(component, diagnostics)
     pou = None if sources is None else interface.pou(component, sources, diagnostics)
-    return ast.File(component.source, () if pou is None else (pou,), (), (), (), (), incomplete=pou is None)
+    return _nothing(component.source) if pou is None else ast.File(component.source, (pou,), (), (), (), ())
 
 
 def _declared(file: ast.File) -> Iterator[str]:

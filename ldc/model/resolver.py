@@ -57,6 +57,7 @@ class _Resolver:
                 if self._claim(pou.name, pou.name_span, "POU"):
                     self._pous[pou.name.upper()] = pou
         self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
+        self.incomplete |= any(file.incomplete for file in project.files)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
         self.types = TypeTable(declared, kinds, diagnostics)
         self.configurations = [c for file in project.files for c in file.configurations]
