@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from ldc import types
+from ldc.components import find
 from ldc.components import project as components
 from ldc.diagnostics import Diagnostics
 from ldc.graph.build import build as graph_build
@@ -144,8 +145,10 @@ class _Compile:
 
     def run(self) -> Compiled:
         with self.timed("parse"):
-            files = tuple(parse_file(f, self.diagnostics) for f in self.sources.files)
-            self.components, more = components.used(files, self.sources.descriptors, self.diagnostics)
+            known = find.components(self.sources.descriptors, self.diagnostics)
+            bodies = components.own_sources(known)
+            files = tuple(parse_file(f, self.diagnostics) for f in self.sources.files if f.path not in bodies)
+            self.components, more = components.used(files, known, self.diagnostics)
             project = ast.Project((*files, *more))
         with self.timed("resolve"):
             self.model = resolve(project, self.diagnostics, self.sources.settings)
