@@ -45,6 +45,9 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         for element in elements.values():
             if element.kind == "contact" and not element.inputs[0].sources and not element.inputs[0].cut:
                 element.inputs[0].sources = frozenset((RAIL,))
+    for pin in (pin for element in elements.values() for pin in element.inputs):
+        if RAIL in pin.sources:  # what is wired beside the rail changes nothing
+            pin.sources = frozenset((RAIL,))
     for element in elements.values():
         pin = element.inputs[0] if element.inputs else None
         if element.kind in ("jump", "return") and not pin.sources and not pin.cut:

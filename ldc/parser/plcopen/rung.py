@@ -1,4 +1,4 @@
-"""One rung of a graphical body, written as paths between junctions.
+"""One rung of a graphical body as steps between nets, which paths.py then writes down.
 
 Inputs name their sources, and several sources mean OR of exactly these. So there is one net per set of
 sources; an output that belongs to several sets has a net of its own, from which a contact `[TRUE]` leads to
@@ -8,33 +8,20 @@ makes that impossible the drawing order stays, and the schedule opens the loop (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
 from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output
+from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _STORAGE = {"set": "S", "reset": "R"}
 _STORES = ("outVariable", "inOutVariable")
 _NO_WIRE = "_"
-RAIL_NET = ""
-
-
-@dataclass(slots=True)
-class Step:
-    """An element between two nets (None: none; RAIL_NET: the left rail), and the nets at its pins."""
-
-    order: tuple[int, ...]
-    item: ast.Item
-    head: str | None
-    tail: str | None
-    reads: tuple[str, ...] = ()
-    writes: tuple[str, ...] = ()
 
 
 class RungWriter:
@@ -74,7 +61,7 @@ class RungWriter:
         if not self.steps:
             return None
         span = self.group[0].node.span
-        return ast.Rung(name, title, self._paths(self._ordered()), span, None)
+        return ast.Rung(name, title, paths.write(*self._ordered()), span, None)
 
     # ---- nets
 
@@ -261,9 +248,10 @@ class RungWriter:
         self.add(block, None, None, (net,) if net else (), (new,))
         return new
 
-    # ---- order and paths
+    # ---- order
 
-    def _ordered(self) -> list[Step]:
+    def _ordered(self) -> tuple[list[Step], bool]:
+        """The steps, each behind what feeds it, and True; in drawing order, and False, when a loop forbids."""
         steps = sorted(self.steps, key=lambda step: step.order)
         feeders: dict[str, int] = {}
         for step in steps:
@@ -288,28 +276,4 @@ class RungWriter:
                     missing[index] -= 1
                     if not missing[index]:
                         heappush(ready, index)
-        return done if len(done) == len(steps) else steps
-
-    def _paths(self, steps: list[Step]) -> tuple[ast.Path, ...]:
-        uses: dict[str, int] = {}
-        for step in steps:
-            for net in (step.head, step.tail, *step.reads, *step.writes):
-                if net:
-                    uses[net] = uses.get(net, 0) + 1
-        paths: list[list[ast.Item]] = []
-        before: Step | None = None
-        for step in steps:
-            chained = before is not None and step.head and step.head == before.tail
-            if not chained:
-                if before is not None and before.tail and uses[before.tail] > 1:
-                    paths[-1].append(ast.Junction(before.tail, before.item.span))
-                paths.append([])
-                if step.head:
-                    paths[-1].append(ast.Junction(step.head, step.item.span))
-            elif uses[step.head] > 2:
-                paths[-1].append(ast.Junction(step.head, step.item.span))
-            paths[-1].append(step.item)
-            before = step
-        if before is not None and before.tail and uses[before.tail] > 1:
-            paths[-1].append(ast.Junction(before.tail, before.item.span))
-        return tuple(ast.Path(tuple(items), items[0].span) for items in paths)
+        return (done, True) if len(done) == len(steps) else (steps, False)
