@@ -1,0 +1,115 @@
+"""A program as a BuildPlan: every C file with its digest, before any tool runs (DESIGN section 10, item 6)."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import jinja2
+
+from ldc.backends.c.units import UnitCode, inline, translate
+from ldc.backends.c.values import Callee
+from ldc.il.block import Block
+from ldc.il.program import Unit
+
+HEADER = "ldc_runtime.h"
+_RUNTIME, _TEXT = "ldc_runtime.c", "ldc_text.c"
+_ROOM = files("ldc.backends.c")
+
+
+class NotNative(ValueError):
+    """A POU that has no C body here; ``unit`` tells which."""
+
+    def __init__(self, unit: Unit) -> None:
+        self.unit = unit
+        super().__init__(f"{unit.name} is a component in {unit.external.language}")
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """A file to compile; ``digest``: SHA-256 over all that its object depends on but the compiler. Lines of
+    the sources count only when the object holds them (``debug``)."""
+
+    name: str
+    text: str
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class BuildPlan:
+    """``files`` are compiled, ``header`` is what they include. ``map``: for every driver by number the name of
+    its POU and the first rung of each part, for the places of faults. ``digest`` covers all."""
+
+    block: Block
+    files: tuple[File, ...]
+    header: str
+    flags: tuple[str, ...]
+    map: tuple[tuple[str, tuple[int, ...]], ...]
+    digest: str
+
+
+def plan(block: Block, flags: tuple[str, ...], debug: bool = False) -> BuildPlan:
+    """The files of one resource of a program. Raises NotNative."""
+    codes = _translated(block)
+    header = _read(HEADER)
+    made = [_file(f"{chunk.name}.c", _render("chunk.c.j2", chunk=chunk), header, flags, debug)
+            for code in codes for chunk in code.chunks]
+    main = _render(
+        "main.c.j2", title=f"{block.program.name or 'program'}: how POUs run their parts", zero=b"\0",
+        heads=[f.head for code in codes for chunk in code.chunks for f in chunk.functions]
+        + [code.driver.head for code in codes], drivers=[code.driver for code in codes], size=block.size,
+        runs=[code.callee.name for code in codes if code.unit.kind == "PROGRAM"])
+    made.append(_file("main.c", main, header, flags, debug))
+    library = [_RUNTIME]
+    if any("ldc_print_" in file.text or "ldc_read_" in file.text for file in made):
+        library.append(_TEXT)
+    made += [_file(name, _read(name), header, flags, debug) for name in library]
+    map_ = tuple((code.unit.name, code.firsts) for code in codes)
+    digest = _digest(*(f"{file.name} {file.digest}" for file in made))
+    return BuildPlan(block, tuple(made), header, flags, map_, digest)
+
+
+def _translated(block: Block) -> list[UnitCode]:
+    callees: dict[str, Callee] = {}
+    codes: list[UnitCode] = []
+    for unit in block.program.units:
+        if unit.external is not None:
+            raise NotNative(unit)
+        if unit.standard:
+            callees[unit.name.upper()] = inline(block, unit)
+        elif unit.kind != "PROGRAM":
+            code = translate(block, unit, len(codes), callees)
+            callees[unit.name.upper()] = code.callee
+            codes.append(code)
+    for run in block.program.resources[block.resource].runs:
+        codes.append(translate(block, block.units[run.pou.upper()], len(codes), callees, run.name))
+    return codes
+
+
+def _file(name: str, text: str, header: str, flags: tuple[str, ...], debug: bool) -> File:
+    counted = text if debug else "\n".join(line for line in text.split("\n") if not line.startswith("#line"))
+    return File(name, text, _digest(counted, header, *flags))
+
+
+def _digest(*texts: str) -> str:
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()
+
+
+
+
+@cache
+def _read(name: str) -> str:
+    return (_ROOM / "runtime" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(loader=jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text()),
+                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+                              undefined=jinja2.StrictUndefined, autoescape=False)
+
+
+def _render(template: str, **values: object) -> str:
+    return _environment().get_template(template).render(**values)
