@@ -67,8 +67,8 @@ class Pins:
     def _execute(self, code: Node) -> ast.Name:
         """A block that holds statements becomes an instance of a function block of its own."""
         writer, span = self.writer, self.node.span
-        self.is_function, instance = False, texts.label(f"execute_{self.element.id}", "execute")
-        self.type = f"{writer.drawing.where}_{instance}"
+        instance = writer.drawing.more.fresh(texts.label(f"execute_{self.element.id}", "execute"))
+        self.is_function, self.type = False, texts.label(f"{writer.drawing.where}_{instance}", "execute")
         body = statements(code.body, writer.diagnostics)
         self.pins += writer.drawing.more.execute(self.type, instance, body, span)
         return ast.Name(instance, span)

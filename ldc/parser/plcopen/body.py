@@ -19,7 +19,11 @@ _VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> ast.LadderBody:
     """What is drawn, as rungs; ``more`` takes what they need beside what is declared. A rung is what hangs
     together without the rails; rungs follow each other by their first elements."""
-    drawing = Drawing(body, where, more, diagnostics)
+    return rungs_of(Drawing(body, where, more, diagnostics), diagnostics)
+
+
+def rungs_of(drawing: Drawing, diagnostics: Diagnostics) -> ast.LadderBody:
+    """The rungs of a drawing."""
     _drop_loose(drawing, diagnostics)
     groups = _together(drawing)
     places = _Places(groups)
@@ -34,7 +38,7 @@ def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) ->
             unread.append((len(rungs), rung))
         elif rung is not None:
             rungs.append(rung)
-    return ast.LadderBody(tuple(rungs), body.whole, tuple(unread))
+    return ast.LadderBody(tuple(rungs), drawing.body.whole, tuple(unread))
 
 
 def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:

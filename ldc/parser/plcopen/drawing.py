@@ -83,9 +83,10 @@ class Element:
 class Drawing:
     """The elements of a body by localId, in drawing order. ``where`` names the POU in messages; ``broken``:
     a part could not be read, so that others seem to be loose; ``placeholders``: boxes that an editor draws
-    at open pins, in which no variable is named."""
+    at open pins, in which no variable is named. ``goals``: tags of further elements, which only read."""
 
-    def __init__(self, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
+    def __init__(self, body: Node, where: str, more: Additions, diagnostics: Diagnostics,
+                 goals: tuple[str, ...] = ()) -> None:
         self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
         self.elements: dict[str, Element] = {}
         self.notes: list[Node] = []
@@ -100,7 +101,7 @@ class Drawing:
             if node.tag in ("inVariable", "outVariable") and not _written(node):
                 self.placeholders.add(node.get("localId").strip())
                 continue
-            if node.tag in ELEMENTS:
+            if node.tag in ELEMENTS or node.tag in goals:
                 self._element(node, index)
             elif node.tag not in _IGNORED:
                 self.broken = True

@@ -24,7 +24,7 @@ class Additions:
     """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
     the project, by name in capitals; ``functions``: those of the functions; ``local``: variables of the
     POU; ``retyped``: other types for these;
-    ``prefix``: of the names of function blocks that are made."""
+    ``prefix``: of the names of function blocks that are made; ``added``: names of instances, in capitals."""
 
     interfaces: dict[str, Pins] = field(default_factory=dict)
     local: Mapping[str, ast.VarDecl] = field(default_factory=dict)
@@ -33,11 +33,21 @@ class Additions:
     pous: dict[str, ast.Pou] = field(default_factory=dict)
     prefix: str = ""
     functions: Mapping[str, Pins] = field(default_factory=dict)
+    added: set[str] = field(default_factory=set)
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""
         pins = self.interfaces.get(type_.upper(), {})
         return any(v.name.upper() == pin for group in pins.values() for v in group)
+
+    def fresh(self, wanted: str) -> str:
+        """A name for an instance that is added: the bodies of one POU number their elements alike."""
+        name, number = wanted, 1
+        while name.upper() in self.local or name.upper() in self.added:
+            number += 1
+            name = f"{wanted}_{number}"
+        self.added.add(name.upper())
+        return name
 
     def guard(self, instance: str, type_: str, span: Span) -> str:
         """The type that an instance takes to be called under EN; its own when that is not possible."""

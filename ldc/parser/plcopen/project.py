@@ -12,8 +12,9 @@ from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
 from ldc.parser.plcopen.lists import Lists, are_named
+from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
-from ldc.parser.statements import StatementBody
+from ldc.parser.sfc import Body, SfcBody
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
@@ -130,7 +131,7 @@ def _pous(root: Node, diagnostics: Diagnostics) -> tuple[ast.Pou, ...]:
 
 def _body(
     pou: Node, name: str, more: Additions, diagnostics: Diagnostics
-) -> ast.LadderBody | ast.TextBody | StatementBody:
+) -> Body | SfcBody:
     """The first body that says something. A POU keeps its interface when its body cannot be read."""
     for holder in pou.all("body"):
         for node in holder.children:
@@ -141,8 +142,6 @@ def _body(
             if node.tag == "ST":
                 return statements(node.body, diagnostics)
             if node.tag == "SFC":
-                findings.unsupported(
-                    diagnostics, node.span, f"the body of {name} is a sequential function chart",
-                    "an SFC", "ldc reads LD, FBD, ST and IL: write the sequence as one of them")
+                return ChartReader(pou, node, name, more, diagnostics).chart()
     at = pou.find("body") or pou
     return ast.LadderBody((), Span(at.span.source, at.stop, at.stop))

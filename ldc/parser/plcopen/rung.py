@@ -170,6 +170,12 @@ class RungWriter:
         item = ast.Coil(modifier, target, node.span)
         self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
 
+    def _transition(self, element: Element) -> None:
+        """What is wired to the condition of a transition goes to the variable with its name."""
+        node = element.node
+        target = ast.Name(node.get("name"), node.span)
+        self.add(ast.Coil("/" if node.flag("negated") else "", target, node.span), self.net(element.inputs[0]), None)
+
     def _outVariable(self, element: Element) -> None:
         pin, node = element.inputs[0], element.node
         if self.attached(element):
@@ -239,7 +245,7 @@ class RungWriter:
     def edge(self, net: str | None, pin: Input, element: Element) -> str:
         """A net with the edge of another: a block whose instance is added to the POU."""
         span, new = pin.node.span, self.fresh()
-        name = texts.label(f"edge_{element.id}_{pin.name}", "edge")
+        name = self.drawing.more.fresh(texts.label(f"edge_{element.id}_{pin.name}", "edge"))
         made = ast.VarDecl(name, None, ast.NamedType(pin.edge, None, span), None, span, span)
         self.drawing.more.variables.append(made)
         source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)

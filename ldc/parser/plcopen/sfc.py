@@ -1,0 +1,193 @@
+"""A sequential function chart as it is drawn: which steps a transition leads from and to, and its parts.
+
+Wires are drawn at their lower end, so everything is found upwards: from a transition to the steps above it,
+from a step to the transitions above it, through divergences and convergences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import ast, sfc
+from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen.body import ladder, rungs_of
+from ldc.parser.plcopen.chart_parts import Parts
+from ldc.parser.plcopen.document import Node
+from ldc.parser.plcopen.drawing import ELEMENTS, Drawing
+from ldc.parser.plcopen.guarded import Additions
+from ldc.source import Span
+
+_JOINTS = ("selectionDivergence", "selectionConvergence", "simultaneousDivergence", "simultaneousConvergence")
+_CHART = ("step", "transition", "jumpStep", "actionBlock", *_JOINTS)
+_NOTES = ("comment", "vendorElement", "documentation", "addData", "label", "rightPowerRail")
+
+
+class ChartReader:
+    """Reads the chart ``body`` of the POU ``pou``. ``where`` names the POU in messages; ``more`` takes what
+    drawings need beside what is declared; ``unread``: elements that were told to be none."""
+
+    def __init__(self, pou: Node, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
+        self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
+        self.nodes: dict[str, Node] = {}
+        self.unread: set[str] = set()
+        for node in body.children:
+            if node.tag in _CHART or node.tag in ELEMENTS:
+                self._known(node)
+            elif node.tag not in _NOTES:
+                self.unread.add(node.get("localId").strip())
+                findings.unsupported(diagnostics, node.span, f"{where}: <{node.tag[:40]}> is not read in a chart",
+                                     "drawn here", "draw the steps that it stands for")
+        steps = {node.get("localId").strip(): node for node in body.all("step")}
+        self.parts = Parts(pou, body, steps, where, self._drawn, diagnostics)
+        found = [holder for tag in ("actions", "transitions") for holder in pou.all(tag)]
+        ends = [(node.start, node.end) for node in (*found, body)]
+        self.span = Span(body.span.source, min(start for start, _ in ends), max(end for _, end in ends))
+
+    def _known(self, node: Node) -> None:
+        id_ = node.get("localId").strip()
+        if not id_ or id_ in self.nodes:
+            what = f"two elements have the localId {id_[:20]}" if id_ else f"a {node.tag} has no localId"
+            findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
+        else:
+            self.nodes[id_] = node
+
+    def _drawn(self, node: Node, name: str) -> ast.LadderBody:
+        return ladder(node, f"{self.where}.{name}", self.more, self.diagnostics)
+
+    # ---- the whole
+
+    def chart(self) -> sfc.SfcBody:
+        actions = self.parts.actions()
+        transitions = tuple(self._transitions())
+        return sfc.SfcBody(self.parts.steps(), transitions, (*actions, *self.parts.inline), self.span)
+
+    def _transitions(self) -> Iterator[sfc.Transition]:
+        targets: dict[str, list[ast.Name]] = {}
+        for node in self.body.all("step", "jumpStep"):
+            attribute = "name" if node.tag == "step" else "targetName"
+            step = texts.name(node, self.diagnostics, attribute)
+            for above in self._above(node):
+                if above.tag != "transition":
+                    self._wrong(node, above, "a transition")
+                elif step is not None:
+                    known = targets.setdefault(above.get("localId").strip(), [])
+                    if all(name.name.upper() != step.upper() for name in known):
+                        known.append(ast.Name(step, node.attribute(attribute)))
+        drawn = list(self.body.all("transition"))
+        if any(self._position(node) for node in drawn):
+            drawn.sort(key=self._position)
+        priorities = {node.get("priority").strip() for node in drawn}
+        for number, node in enumerate(drawn, 1):
+            sources = []
+            for above in self._above(node):
+                if above.tag != "step":
+                    self._wrong(node, above, "a step")
+                elif (name := texts.name(above, self.diagnostics)) is not None:
+                    sources.append(ast.Name(name, above.attribute("name")))
+            leads = targets.get(node.get("localId").strip(), [])
+            if not sources or not leads:
+                if self.unread:  # it may have led there
+                    continue
+                why = "no step is above it" if not sources else "it leads to no step"
+                findings.malformed(self.diagnostics, node.span, f"{self.where}: a transition is not connected: {why}",
+                                   "connect it in the editor that the file comes from")
+                continue
+            priority = node.number("priority") if node.get("priority").strip() and len(priorities) > 1 else None
+            condition, name = self._condition(node, number)
+            if condition is not None:
+                yield sfc.Transition(name, priority, tuple(sources), tuple(leads), condition, node.whole, node.span)
+
+    def _position(self, node: Node) -> int:
+        at = node.find("position")
+        return at.number("x") if at is not None else 0
+
+    def _wrong(self, node: Node, above: Node, wanted: str) -> None:
+        findings.malformed(self.diagnostics, node.span, f"{self.where}: above a {node.tag} stands {wanted}, not a "
+                           f"{above.tag}", "steps and transitions alternate: draw the chart again")
+
+    # ---- upwards
+
+    def _wires(self, node: Node) -> Iterator[Node]:
+        """What an element is wired to."""
+        for point in node.all("connectionPointIn"):
+            for wire in point.all("connection"):
+                id_ = wire.get("refLocalId").strip()
+                found = self.nodes.get(id_)
+                if found is not None:
+                    yield found
+                elif id_ not in self.unread:
+                    findings.no_such_element(self.diagnostics, wire.span, f"{self.where}: {node.tag} "
+                                             f"{node.get('localId')[:20]}", f"the element {id_[:20]}")
+
+    def _above(self, node: Node) -> Iterator[Node]:
+        """Steps and transitions above an element, from left to right. Several above a transition wait for each
+        other, so a choice may only be joined above a step."""
+        seen: set[int] = set()
+        work = list(self._wires(node))[::-1]
+        while work:
+            above = work.pop()
+            if id(above) in seen:
+                continue
+            seen.add(id(above))
+            if above.tag not in _JOINTS:
+                yield above
+                continue
+            joined = list(self._wires(above))
+            if above.tag == "selectionConvergence" and node.tag == "transition" and len(joined) > 1:
+                self._wrong(node, above, "a step")
+                continue
+            work += reversed(joined)
+
+    # ---- conditions
+
+    def _condition(self, node: Node, number: int) -> tuple[ast.Expr | sfc.Body | None, str | None]:
+        """The condition, and the name of the transition when that is a body."""
+        condition = node.find("condition")
+        point = None
+        if condition is not None:
+            point = condition.find("connectionPointIn")
+            if point is None and condition.find("connection") is not None:  # TC6 1.0
+                point = replace(condition, tag="connectionPointIn")
+        if point is None:
+            return self.parts.condition(node, condition, number)
+        sources = [self.nodes.get(wire.get("refLocalId").strip()) for wire in point.all("connection")]
+        negated = condition.flag("negated")
+        if len(sources) == 1 and sources[0] is not None and sources[0].tag == "inVariable":
+            text = sources[0].find("expression")
+            value = texts.expression(text.content, self.diagnostics) if text is not None else None
+            negated ^= sources[0].flag("negated")
+            return texts.negated(value) if negated and value is not None else value, None
+        return self._drawing(node, point, negated, number)
+
+    def _drawing(self, node: Node, point: Node, negated: bool, number: int
+                 ) -> tuple[ast.LadderBody | None, str | None]:
+        """A condition drawn with contacts and blocks: all that leads to it, as a rung."""
+        name = self.parts.fresh(f"transition_{number}")
+        goal = replace(node, attributes={"localId": node.get("localId"), "name": name,
+                                         "negated": "true" if negated else "false"}, children=[point])
+        used, work = {id(node)}, [goal]
+        while work:
+            for pin in _points(work.pop()):
+                for wire in pin.all("connection"):
+                    found = self.nodes.get(wire.get("refLocalId").strip())
+                    if found is not None and id(found) not in used:
+                        used.add(id(found))
+                        work.append(found)
+        children = [goal if n is node else n for n in self.body.children if id(n) in used]
+        if any(n.tag in _CHART and n is not goal for n in children):
+            findings.malformed(self.diagnostics, node.span, f"{self.where}: the condition of a transition is wired "
+                               "to the chart itself", "wire it to contacts, blocks and variables")
+            return None, None
+        drawing = Drawing(replace(self.body, children=children), self.where, self.more, self.diagnostics,
+                          ("transition",))
+        return rungs_of(drawing, self.diagnostics), name
+
+
+def _points(node: Node) -> Iterator[Node]:
+    """The inputs of an element of LD or FBD."""
+    yield from node.all("connectionPointIn")
+    for group in node.all("inputVariables", "inOutVariables"):
+        for pin in group.all("variable"):
+            yield from pin.all("connectionPointIn")
