@@ -11,6 +11,8 @@ from ldc.source import SourceFile, Span
 
 LIMIT = 64 * 1024 * 1024
 """Bytes. A text of that size is no ladder that anyone drew; it would only eat the memory."""
+_EIGHT_BITS = (b"LDmicro", b"_FILES_CLASSICLADDER")
+"""How files of tools begin that write the bytes of a code page; only comments have others than ASCII."""
 
 _XML = re.compile(rb"""\s*<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([A-Za-z][\w.-]{0,30})["']""")
 _ENCODINGS = re.compile(
@@ -68,6 +70,8 @@ def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | N
         return SourceFile(shown, _line_ends(data.decode("utf-8")))
     except UnicodeDecodeError as error:
         at = error.start
+    if data[:100].lstrip().startswith(_EIGHT_BITS):
+        return SourceFile(shown, _line_ends(data.decode("latin-1")))
     before = _line_ends(data[:at].decode("utf-8"))
     source = SourceFile(shown, before + _line_ends(data[at : at + 200].decode("utf-8", "replace")))
     if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast, ldmicro, openplc, plcopen
+from ldc.parser import ast, classicladder, ldmicro, melsec, openplc, plcopen
 from ldc.source import SourceFile, Span
 
 
@@ -30,6 +30,8 @@ FORMATS: tuple[Format, ...] = (
     Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
     Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
+    Format("ClassicLadder", (".clp", ".clprj"), classicladder.recognises, classicladder.read),
+    Format("MELSEC", (".il", ".txt"), melsec.is_list, melsec.read),
 )
 """Asked in this order."""
 

@@ -233,12 +233,30 @@ class _Writer:
             if leaf.word not in _HARMLESS:
                 self.reading.unsupported(leaf.span, f"{leaf.word} behind a jump in the same rung",
                                          "put what follows a GOTO or RETURN into a rung of its own")
-        items = self._series(rung)
+        items = self._acting(self._series(rung))
         if self.master and items:
             name = self.context.added(steps.MASTER, "BOOL", leaves[0],
                                       "the power of all rungs between two master relays")
             items = [*fragments.items(f"[{name}]", rung.span), *items]
         return tuple(items)
+
+    def _acting(self, items: list[ast.Item]) -> list[ast.Item]:
+        """Without the contacts at the end, whose power nobody reads."""
+        kept = list(items)
+        while kept:
+            last = kept[-1]
+            if isinstance(last, ast.Branches):
+                paths = [fragments.path(found, path.span) for path in last.paths
+                         if (found := self._acting(list(path.items)))]
+                if paths:
+                    kept[-1:] = paths[0].items if len(paths) == 1 else [ast.Branches(tuple(paths), last.span)]
+                    break
+            elif not isinstance(last, ast.Contact):
+                break
+            elif not isinstance(last.expr, ast.Literal):
+                self.reading.left_out(last.span, last.span.text.split("\n")[0][:60], "its power leads nowhere")
+            kept.pop()
+        return kept
 
     def _series(self, group: Group) -> list[ast.Item]:
         items: list[ast.Item] = []
