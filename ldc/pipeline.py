@@ -116,13 +116,14 @@ def compile_project(sources: Sources, options: Options = Options(),
 @contextmanager
 def _deep_and_busy() -> Iterator[None]:
     """Deep recursion allowed; the collector is kept from walking the growing, acyclic results."""
-    limit, threshold = sys.getrecursionlimit(), gc.get_threshold()
+    limit, collects = sys.getrecursionlimit(), gc.isenabled()
     sys.setrecursionlimit(max(limit, _RECURSION))
-    gc.set_threshold(200_000, 50, 1000)
+    gc.disable()
     try:
         yield
     finally:
-        gc.set_threshold(*threshold)
+        if collects:
+            gc.enable()
         sys.setrecursionlimit(limit)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -28,6 +29,7 @@ def compiled(
     with progress() as tell:
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, progress=tell)
         result = pipeline.compile_project(sources, options)
+    gc.freeze()  # it lives as long as the command: the collector need not walk it again and again
     if result.diagnostics.has_errors:
         raise Invalid(result.diagnostics, locator(result))
     report((d for d in result.diagnostics if d.severity is not Severity.NOTE), locator(result))
