@@ -33,7 +33,7 @@ def vm():
     cells = {name: symbol.home.name for name, symbol in zip(NAMES, machine.find(NAMES), strict=True)}
 
     def scan(values: dict[str, bool]) -> None:
-        machine.feed(values)
+        machine.feed((values, ()))
         machine.scan()
 
     return cells.get, scan, lambda n: machine.get(f"q{n}")

@@ -36,6 +36,15 @@ class IndexStep:
     bounds: tuple[tuple[int, int], ...]
 
 
+def strides(bounds: tuple[tuple[int, int], ...]) -> list[int]:
+    """How many elements of an array one step of each index is, row-major."""
+    made = [1] * len(bounds)
+    for i in range(len(bounds) - 2, -1, -1):
+        low, high = bounds[i + 1]
+        made[i] = made[i + 1] * (high - low + 1)
+    return made
+
+
 @dataclass(frozen=True, slots=True)
 class BitStep:
     """``.15`` of a bit string; always the last step, the place is then BOOL."""

@@ -8,8 +8,8 @@ from statistics import median
 from time import perf_counter_ns
 
 from ldc.types import BOOL
-from runtime.vm.machine import Machine
-from runtime.vm.symbols import Symbol, is_cell
+from runtime.machine import Machine
+from runtime.symbols import Symbol
 
 BATCHES, SEED = 7, 0x9E3779B97F4A7C15
 STIMULI = ("fixed", "flip", "random")
@@ -70,17 +70,11 @@ def _timed(machine: Machine, changes: Callable[[], Change] | None, size: int) ->
         for _ in range(size):
             scan()
         return perf_counter_ns() - begin
-    prepared = []
-    for _ in range(size):
-        change = changes()
-        cells = {s.home.name: value for s, value in change if is_cell(s)}
-        prepared.append((cells, [(s, value) for s, value in change if not is_cell(s)]))
-    feed, put = machine.feed, machine.put
+    prepared = [machine.prepare(changes()) for _ in range(size)]
+    feed = machine.feed
     begin = perf_counter_ns()
-    for cells, others in prepared:
-        feed(cells)
-        for symbol, value in others:
-            put(symbol, value)
+    for one in prepared:
+        feed(one)
         scan()
     return perf_counter_ns() - begin
 

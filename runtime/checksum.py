@@ -10,18 +10,18 @@ WSTRING as its length in UTF-16 code units (32 bit) and those units.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from struct import pack
 
 from ldc.types import String, Type, storage
-from runtime.vm.symbols import Symbol
+from runtime.symbols import Symbol
 
 
-def of(symbols: Iterable[Symbol], namespace: dict[str, object]) -> str:
-    """The checksum of some symbols' values; each path counts once."""
+def of(symbols: Iterable[Symbol], value: Callable[[Symbol], object]) -> str:
+    """The checksum of some symbols, of which ``value`` gives the values."""
     digest = hashlib.sha256()
     for symbol in sorted(symbols, key=lambda s: s.path.upper()):
-        digest.update(canonical(symbol.get(namespace), symbol.type))
+        digest.update(canonical(value(symbol), symbol.type))
     return digest.hexdigest()[:16]
 
 

@@ -7,9 +7,9 @@ from ldc.expr import Place
 from ldc.il.program import Program, Unit
 from ldc.symbols import Location
 from ldc.types import Array, Instance, Struct, Type, default
+from runtime.layout import Home, Layout
+from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import coerce
-from runtime.vm.layout import Home, Layout
-from runtime.vm.symbols import Symbol, Symbols, UnknownSymbol
 
 _STORES = ("ST", "STN", "S", "R")
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics, Label
 from ldc.source import SourceFile, Span
+from runtime.machine import Machine
+from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import parse
-from runtime.vm.machine import Machine
-from runtime.vm.symbols import Symbol, Symbols, UnknownSymbol
 
 
 @dataclass(frozen=True, slots=True)

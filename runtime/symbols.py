@@ -10,11 +10,10 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from ldc.expr import strides
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
-from runtime.vm.layout import Cell, Home, Layout, Root, slot
-from runtime.vm.memory import read, write
-from runtime.vm.names import strides
+from runtime.layout import Cell, Home, Layout, Root, slot
 
 _TOKEN = re.compile(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
 Key = str | int
@@ -35,31 +34,6 @@ class Symbol:
     keys: tuple[Key, ...] = ()
     bit: int | None = None
     area: str = ""
-
-    def get(self, namespace: dict[str, object]):
-        """The value now, as the machine keeps it."""
-        value = read(namespace, self.home)
-        for key in self.keys:
-            value = getattr(value, key) if isinstance(key, str) else value[key]
-        return value if self.bit is None else bool(value >> self.bit & 1)
-
-    def set(self, namespace: dict[str, object], value) -> None:
-        """Writes a value that is already one of the machine's (see ``runtime.values.coerce``)."""
-        if self.bit is not None:
-            whole = Symbol(self.path, BOOL, self.home, self.keys)
-            old = whole.get(namespace)
-            value = old | 1 << self.bit if value else old & ~(1 << self.bit)
-        if not self.keys:
-            write(namespace, self.home, value)
-            return
-        owner = read(namespace, self.home)
-        for key in self.keys[:-1]:
-            owner = getattr(owner, key) if isinstance(key, str) else owner[key]
-        last = self.keys[-1]
-        if isinstance(last, str):
-            setattr(owner, last, value)
-        else:
-            owner[last] = value
 
 
 class Symbols:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from runtime.values import milliseconds, show
-from runtime.vm.machine import Machine
+from runtime.machine import Machine
 
 
 class Trace:

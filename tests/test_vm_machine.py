@@ -26,8 +26,8 @@ from ldc.types import (
     Struct,
     Subrange,
 )
+from runtime.symbols import UnknownSymbol
 from runtime.vm.machine import Machine
-from runtime.vm.symbols import UnknownSymbol
 
 MS = 1_000_000
 

@@ -247,7 +247,7 @@ def assemble(rungs: list[list[str]]):
 
 
 def state(machine: Machine) -> list:
-    return [(s.path, repr(s.get(machine.code.namespace))) for s in machine.symbols.all(hidden=True)]
+    return [(s.path, repr(machine.value(s))) for s in machine.symbols.all(hidden=True)]
 
 
 def differences(rungs: list[list[str]], seed: int) -> list:

@@ -23,10 +23,10 @@ from ldc.reading import read_source
 from ldc.render import plural
 from runtime.stimuli import Stimuli
 from runtime.stimuli import read as read_stimuli
+from runtime.symbols import UnknownSymbol
 from runtime.trace import Trace
 from runtime.values import milliseconds
 from runtime.vm.machine import Machine
-from runtime.vm.symbols import UnknownSymbol
 
 SCANS = 100
 """How long a run is when nothing says it."""

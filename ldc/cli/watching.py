@@ -19,8 +19,8 @@ from ldc.cli.console import wants_color
 from ldc.cli.powers import Powers
 from ldc.render import plural
 from ldc.types import BOOL, String
+from runtime.machine import Machine
 from runtime.values import milliseconds, show
-from runtime.vm.machine import Machine
 
 _REFRESH = 0.05
 """Seconds between two pictures."""

@@ -64,6 +64,11 @@ class Block:
         return {u.name.upper(): u for u in self.program.units}
 
     @cached_property
+    def shared(self) -> dict[str, Variable]:
+        """The global variables by name in capitals."""
+        return {v.name.upper(): v for v in self.program.globals}
+
+    @cached_property
     def _starts(self) -> dict[str, int]:
         found, at = {}, SYSTEM
         for area, size in self.areas:

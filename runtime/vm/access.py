@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place
+from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.types import BOOL, Array, String, Struct, Type
+from runtime.layout import Packed, slot
 from runtime.vm import expression as ex
 from runtime.vm.expression import Expression
-from runtime.vm.layout import Packed, slot
-from runtime.vm.names import Root, constant_offset, is_single, strides
+from runtime.vm.names import Root, constant_offset, is_single
 from runtime.vm.writer import BadCode, Writer
 
 

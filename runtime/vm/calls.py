@@ -9,10 +9,10 @@ from ldc.expr import Const
 from ldc.il.program import COMPARISON, LOGIC, Unit
 from ldc.library import functions
 from ldc.types import BOOL, REAL, Elementary, Enum, Subrange, Type, Value, storage
+from runtime.layout import slot
 from runtime.vm import expression as ex
 from runtime.vm.arithmetic import bad_index, divide, make_f32, modulo
 from runtime.vm.expression import Expression
-from runtime.vm.layout import slot
 from runtime.vm.memory import Memory
 
 _INTEGERS = ("int", "uint", "bits")

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from ldc.il.flat import JUMPS, Flat
 from ldc.il.program import Instr
 from ldc.types import REAL, Instance, Type, default, is_scalar, storage
+from runtime.layout import slot
 from runtime.vm import expression as ex
 from runtime.vm.access import Access
 from runtime.vm.calls import SELECTIONS, is_integral
 from runtime.vm.expression import Expression
-from runtime.vm.layout import slot
 from runtime.vm.writer import FORGETS, BadCode
 
 ARITY = 8

@@ -15,7 +15,7 @@ from ldc.il import c_types
 from ldc.il.external import Binding, Shared
 from ldc.il.program import Unit
 from ldc.types import BOOL, Array, String, Type, storage
-from runtime.vm.layout import slot
+from runtime.layout import slot
 from runtime.vm.memory import Home, read, write
 
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place
+from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.il.flat import Flat
 from ldc.il.program import Unit
 from ldc.symbols import Location
 from ldc.types import Array, String, Struct, Type, is_scalar
 from runtime.faults import IndexOutOfRange
 from runtime.faults import Place as CodePlace
+from runtime.layout import INTRINSIC, Home, Layout, slot
 from runtime.vm.arithmetic import cut
-from runtime.vm.layout import INTRINSIC, Home, Layout, slot
 from runtime.vm.loader import Code
 from runtime.vm.memory import Memory, read, write
-from runtime.vm.names import strides
 
 
 @dataclass(slots=True, eq=False)

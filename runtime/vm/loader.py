@@ -9,9 +9,9 @@ from types import TracebackType
 from ldc.il.external import Binding
 from ldc.il.program import Program, Unit
 from runtime.faults import Place, WatchdogExpired
+from runtime.layout import FIRST_SCAN, NOW, Layout, lay_out, slot
 from runtime.vm.calls import Calls
 from runtime.vm.codegen import Body, Source
-from runtime.vm.layout import FIRST_SCAN, NOW, Layout, lay_out, slot
 from runtime.vm.memory import Memory
 from runtime.vm.names import Names
 

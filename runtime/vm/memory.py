@@ -7,12 +7,14 @@ arrays flat row-major lists, structures and instances objects of a class with ``
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from struct import Struct as Packer
 
 from ldc.il.program import Unit
 from ldc.symbols import Location
 from ldc.types import Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
-from runtime.vm.layout import Cell, Home, Layout, Packed, slot
+from runtime.layout import Cell, Home, Layout, Packed, slot
+from runtime.symbols import Symbol
 
 _FORMAT = {("int", 8): "<b", ("int", 16): "<h", ("int", 32): "<i", ("int", 64): "<q",
            ("real", 32): "<f", ("real", 64): "<d", ("time", 64): "<q"}
@@ -190,3 +192,29 @@ def write(namespace: dict[str, object], home: Home, value) -> None:
         view.set(value)
     else:
         view[:] = value
+
+
+def get(namespace: dict[str, object], symbol: Symbol):
+    """The value of a scalar now, as the machine keeps it."""
+    value = read(namespace, symbol.home)
+    for key in symbol.keys:
+        value = getattr(value, key) if isinstance(key, str) else value[key]
+    return value if symbol.bit is None else bool(value >> symbol.bit & 1)
+
+
+def put(namespace: dict[str, object], symbol: Symbol, value) -> None:
+    """Writes a value that is already one of the machine's (see ``runtime.values.coerce``)."""
+    if symbol.bit is not None:
+        old = get(namespace, replace(symbol, bit=None))
+        value = old | 1 << symbol.bit if value else old & ~(1 << symbol.bit)
+    if not symbol.keys:
+        write(namespace, symbol.home, value)
+        return
+    owner = read(namespace, symbol.home)
+    for key in symbol.keys[:-1]:
+        owner = getattr(owner, key) if isinstance(key, str) else owner[key]
+    last = symbol.keys[-1]
+    if isinstance(last, str):
+        setattr(owner, last, value)
+    else:
+        owner[last] = value

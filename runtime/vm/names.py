@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ldc.expr import Const, IndexStep, Place
+from ldc.expr import Const, IndexStep, Place, strides
 from ldc.il.program import Unit
 from ldc.symbols import Location
 from ldc.types import Array, Instance
-from runtime.vm.layout import INTRINSIC, Cell, Home, Layout, Packed, slot
+from runtime.layout import INTRINSIC, Cell, Home, Layout, Packed, slot
 from runtime.vm.memory import packed_name
 
 
@@ -75,15 +75,6 @@ class Names:
 def is_single(home: Packed) -> bool:
     """Whether the packed variable is one value (not an array)."""
     return not isinstance(home.type, Array)
-
-
-def strides(bounds: tuple[tuple[int, int], ...]) -> list[int]:
-    """How many flat elements one step of each index is, row-major."""
-    sizes = [high - low + 1 for low, high in bounds]
-    made = [1] * len(sizes)
-    for i in range(len(sizes) - 2, -1, -1):
-        made[i] = made[i + 1] * sizes[i + 1]
-    return made
 
 
 def constant_offset(step: IndexStep) -> int | None:

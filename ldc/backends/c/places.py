@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ldc.backends.c.ctypes import by_address
-from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place
+from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.il.block import Block
 from ldc.il.homes import INTRINSIC
 from ldc.il.program import Unit
@@ -97,10 +97,10 @@ class Names:
                 case IndexStep():
                     element = type_.element
                     size = 1 if bit is not None else self.block.measure(element)
-                    strides = _strides(step.bounds)
-                    constant = _constant(step, strides)
+                    counts = strides(step.bounds)
+                    constant = _constant(step, counts)
                     if constant is None:
-                        computed.append(Index(step, strides, size))
+                        computed.append(Index(step, tuple(counts), size))
                         name += "__at"
                     elif bit is None:
                         offset, name = offset + constant * size, f"{name}__{constant}"
@@ -143,19 +143,10 @@ class Names:
         return Address("m", spot.offset, spot.type, f"v_{name}", spot.bit)
 
 
-def _strides(bounds: tuple[tuple[int, int], ...]) -> tuple[int, ...]:
-    """How many elements one step of each index is, row-major."""
-    made = [1] * len(bounds)
-    for i in range(len(bounds) - 2, -1, -1):
-        low, high = bounds[i + 1]
-        made[i] = made[i + 1] * (high - low + 1)
-    return tuple(made)
-
-
-def _constant(step: IndexStep, strides: tuple[int, ...]) -> int | None:
+def _constant(step: IndexStep, counts: list[int]) -> int | None:
     """The number of the element when all indexes are constants within the bounds."""
     total = 0
-    for index, (low, high), stride in zip(step.indexes, step.bounds, strides, strict=True):
+    for index, (low, high), stride in zip(step.indexes, step.bounds, counts, strict=True):
         if not isinstance(index, Const) or not low <= index.value <= high:
             return None
         total += (index.value - low) * stride
