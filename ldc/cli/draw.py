@@ -6,14 +6,26 @@ import argparse
 import difflib
 import shutil
 import sys
+from collections.abc import Iterator
 
 from ldc.cli.console import Failure, UsageError, is_terminal, report, wants_color
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics
-from ldc.draw import Locator, notes_of, pins_from, pou_text, project_svg, rung_svg, rung_text
+from ldc.draw import (
+    Locator,
+    chart_text,
+    ladders_of,
+    notes_of,
+    pins_from,
+    pou_text,
+    project_svg,
+    rung_svg,
+    rung_text,
+)
 from ldc.model import resolve
 from ldc.parser import ast, parse_file
+from ldc.parser.sfc import SfcBody
 
 
 def run(options: argparse.Namespace) -> int:
@@ -34,26 +46,40 @@ def run(options: argparse.Namespace) -> int:
         pou, number, rung = _find(project, options.rung)
         draw = rung_svg if options.svg else rung_text
         drawn = draw(rung, number=number, notes=notes_of(pou, comments), **settings)
-    elif not any(_rungs(project)):
+    elif not any(_rungs(project)) and (options.svg or not any(map(_is_chart, _pous(project)))):
         raise Failure("there is no rung to draw")
     elif options.svg:
         drawn = project_svg(
             [pou for file in project.files for pou in file.pous], comments=comments, **settings
         )
     else:
-        ladders = [pou for file in project.files for pou in file.pous if isinstance(pou.body, ast.LadderBody)]
-        drawn = "\n\n".join(pou_text(pou, comments=_inside(pou, comments), **settings) for pou in ladders)
+        drawn = "\n\n".join(_text(pou, comments, settings) for pou in _pous(project)
+                            if _is_chart(pou) or ladders_of(pou))
     write_result(drawn, options.svg)
     return status
 
 
+def _pous(project: ast.Project) -> Iterator[ast.Pou]:
+    return (pou for file in project.files for pou in file.pous)
+
+
+def _is_chart(pou: ast.Pou) -> bool:
+    return isinstance(pou.body, SfcBody)
+
+
+def _text(pou: ast.Pou, comments: tuple[ast.Comment, ...], settings: dict) -> str:
+    """A ladder, or a chart with its ladders."""
+    drawn = [chart_text(pou, settings["width"])] if _is_chart(pou) else []
+    drawn += (pou_text(one, comments=_inside(one, comments), **settings) for one in ladders_of(pou))
+    return "\n\n".join(drawn)
+
+
 def _rungs(project: ast.Project):
     """POU, number from 1, rung."""
-    for file in project.files:
-        for pou in file.pous:
-            if isinstance(pou.body, ast.LadderBody):
-                for number, rung in enumerate(pou.body.rungs, 1):
-                    yield pou, number, rung
+    for whole in _pous(project):
+        for pou in ladders_of(whole):
+            for number, rung in enumerate(pou.body.rungs, 1):
+                yield pou, number, rung
 
 
 def _inside(pou: ast.Pou, comments: tuple[ast.Comment, ...]) -> tuple[ast.Comment, ...]:
@@ -69,7 +95,8 @@ def _find(project: ast.Project, wanted: str) -> tuple[ast.Pou, int, ast.Rung]:
     found = [
         (pou, number, rung)
         for pou, number, rung in _rungs(project)
-        if name in ((rung.name or "").upper(), str(number)) and pou_name in ("", pou.name.upper())
+        if name in ((rung.name or "").upper(), str(number))
+        and pou_name in ("", pou.name.upper(), pou.name.upper().partition(".")[0])
     ]
     if not found:
         names = {rung.name.upper(): rung.name for _, _, rung in _rungs(project) if rung.name}

@@ -22,7 +22,7 @@ _JUMPS = frozenset(("JMP", "JMPC", "RET", "RETC"))
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A rung of a program instance; its names as people know them."""
+    """A rung of a program instance; its names as people know them. ``number``: of its code in the POU."""
 
     program: str
     pou: str
@@ -38,11 +38,14 @@ class Powers:
         self._machine, self._stepper = machine, Stepper(machine)
         builds = {name.upper(): rungs for name, rungs in units.items()}
         runs = machine.program.resources[machine.resource].runs
-        self.rows = tuple(Row(run.name, run.pou.upper(), number, _name(run.name, build, len(runs) > 1))
-                          for run in runs for number, build in enumerate(builds.get(run.pou.upper(), ())))
         used = {run.pou.upper() for run in runs}
-        self._ends = {(pou, number): dict(_ends(build.graph)) for pou in used
-                      for number, build in enumerate(builds.get(pou, ())) if build.graph is not None}
+        # Between the rungs of a chart stands the code of its control.
+        places = {pou: {rung.key: n for n, rung in enumerate(machine.program.unit(pou).rungs)} for pou in used}
+        self.rows = tuple(Row(run.name, run.pou.upper(), places[run.pou.upper()][build.code.key],
+                              _name(run.name, build, len(runs) > 1))
+                          for run in runs for build in builds.get(run.pou.upper(), ()))
+        self._ends = {(pou, places[pou][build.code.key]): dict(_ends(build.graph)) for pou in used
+                      for build in builds.get(pou, ()) if build.graph is not None}
         self._seen: dict[tuple[str, int], dict[int, bool]] = {}
         self._called: tuple[Frame, tuple[str, int], int, Place] | None = None
 

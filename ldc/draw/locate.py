@@ -12,6 +12,7 @@ from ldc.draw.excerpt import excerpt
 from ldc.draw.figures import drawn
 from ldc.draw.labels import BlockPins, shorten, standard_pins
 from ldc.parser import ast, format_of
+from ldc.parser.sfc import SfcBody, rungs_of
 from ldc.parser.unparse import expr_text
 from ldc.source import Span
 
@@ -62,13 +63,16 @@ class _Drawing:
             return None
         pou = self.pous[index]
         name = f"{pou.kind} {pou.name}"
-        if not isinstance(pou.body, ast.LadderBody):
+        body = pou.body
+        if isinstance(body, SfcBody):
+            body = ast.LadderBody(rungs_of(body), body.span)
+        if not isinstance(body, ast.LadderBody):
             return Place(name)
         if index not in self.elements:
-            self.elements[index] = _Elements(pou.body)
+            self.elements[index] = _Elements(body)
         hit = self.elements[index].at(span)
         at = hit.item.span if hit is not None else span
-        inside = pou.body.span.start <= at.start < pou.body.span.end
+        inside = body.span.start <= at.start < body.span.end
         position = self.position(at) if self.position is not None and inside else ""
         if hit is None:
             return Place(name, position=position)

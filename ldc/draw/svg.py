@@ -8,6 +8,7 @@ from dataclasses import replace
 from html import escape
 
 from ldc.draw.arrange import Arrangement, arrange
+from ldc.draw.charts import ladders_of
 from ldc.draw.labels import BlockPins, Options, fold, notes_of, shorten, standard_pins, text_width
 from ldc.draw.shapes import Arrow, Box, Dot, Drawing, Label, Rail, Shape, Symbol, Wire
 from ldc.draw.sheet import Sheet, heading_of, sheet_of
@@ -58,7 +59,7 @@ def project_svg(
     """Several POUs in one document. POUs in other languages are left out, as they have no drawing."""
     comments = tuple(comments)
     page = _Page(Options(width, pins_of, {}, {}, power))
-    ladders = [pou for pou in pous if isinstance(pou.body, ast.LadderBody)]
+    ladders = [ladder for pou in pous for ladder in ladders_of(pou)]
     for pou in ladders:
         notes = notes_of(pou, comments) if addresses else {}
         page.options = Options(width, pins_of, notes, {}, power)

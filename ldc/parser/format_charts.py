@@ -38,7 +38,8 @@ class ChartPrinter:
                 case sfc.Transition():
                     self._transition(part)
                 case sfc.Action():
-                    self.lines.line(f"ACTION {part.name}:", self.lines.token_end(":", part.name_span.start), opens=True)
+                    end = self.lines.token_end(":", part.name_span.start)
+                    self.lines.line(f"ACTION {part.name}:", end, opens=True)
                     self._body(part.body)
                     self.lines.close("END_ACTION", part.span.end, "", INDENT)
 
