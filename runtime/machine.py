@@ -114,7 +114,8 @@ class Machine:
         raise NotImplementedError
 
     def prepare(self, changes: Iterable[tuple[Symbol, object]]) -> object:
-        """Changes of inputs in the form that ``feed`` takes most quickly, to be fed once."""
+        """Changes of inputs in the form that ``feed`` takes most quickly. What is prepared is fed once, in
+        the same order, and nothing else writes inputs meanwhile."""
         return tuple(changes)
 
     def feed(self, prepared: object) -> None:

@@ -113,6 +113,10 @@ class Block:
         """Offset and type of a field of a structure or a variable of an instance."""
         return self._members[type_][name.upper()]
 
+    def members(self, type_: Type) -> dict[str, tuple[int, Type]]:
+        """Offsets and types of all of them, by name in capitals."""
+        return self._members[type_]
+
     @cached_property
     def _members(self) -> _Members:
         return _Members(self.units)

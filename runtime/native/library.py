@@ -1,0 +1,92 @@
+"""A shared object of native code, loaded: its functions and the places of its faults (docs/native.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from struct import unpack_from
+
+import cffi
+
+from ldc.il.block import Block
+from ldc.il.program import Unit
+from ldc.library.faults import DivisionByZero
+from runtime.faults import IndexOutOfRange, Place, WatchdogExpired
+
+ABI = 1
+_FAULT, _INDEX, _DEPTH, _TRACE = 20, 24, 48, 56
+_DIVISION, _SIGNED, _UNSIGNED = 1, 2, 3
+
+
+class WrongLibrary(Exception):
+    """The file is no native code for this program, or of another version of the interface."""
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """What a build gave: the shared object, the memory that it works on, and for every driver of it the name
+    of the POU and the first rung of each part."""
+
+    path: Path
+    block: Block
+    map: tuple[tuple[str, tuple[int, ...]], ...]
+
+
+class Library:
+    """The loaded code. ``run(memory, n)`` executes program instance n; not 0: a fault is in the memory."""
+
+    def __init__(self, code: Code) -> None:
+        """Raises OSError when the file cannot be loaded, WrongLibrary when it is not of this program."""
+        self.code, self._ffi = code, declared()
+        self._library = self._ffi.dlopen(str(code.path.absolute()))
+        try:
+            fits = self._library.ldc_abi() == ABI and self._library.ldc_size() == code.block.size
+        except AttributeError:
+            fits = False
+        if not fits:
+            self.close()
+            raise WrongLibrary(f"{code.path} is no native code for this program")
+        self.run = self._library.ldc_run
+
+    def close(self) -> None:
+        """Unloads the code; it must not be run any more."""
+        self._ffi.dlclose(self._library)
+
+    def memory(self, data: bytes):
+        """Memory for the code to work on, with these bytes: the C pointer, and a view on it."""
+        pointer = self._ffi.new("uint8_t[]", len(data))
+        view = memoryview(self._ffi.buffer(pointer)).cast("B")
+        view[:] = data
+        return pointer, view
+
+    def fault(self, memory: memoryview, limit: int) -> tuple[Exception, tuple[Place, ...]]:
+        """The fault that a run ended in, and where: calls first. ``limit``: of the watchdog."""
+        kind, = unpack_from("<I", memory, _FAULT)
+        index, low, high = unpack_from("<Qqq" if kind == _UNSIGNED else "<qqq", memory, _INDEX)
+        depth, = unpack_from("<I", memory, _DEPTH)
+        error: Exception = WatchdogExpired(limit)
+        if kind == _DIVISION:
+            error = DivisionByZero()
+        elif kind in (_SIGNED, _UNSIGNED):
+            error = IndexOutOfRange(index, low, high)
+        places = []
+        for at in range(depth // 2):
+            rung, instruction, driver, part = unpack_from("<4I", memory, _TRACE + 16 * at)
+            name, firsts = self.code.map[driver]
+            places.append(_place(self.code.block.units[name.upper()], firsts[part] + rung, instruction))
+        return error, tuple(reversed(places))
+
+
+@cache
+def declared() -> cffi.FFI:
+    """The interface of every shared object."""
+    ffi = cffi.FFI()
+    ffi.cdef("uint32_t ldc_abi(void); uint32_t ldc_size(void); int32_t ldc_run(uint8_t *m, uint32_t program);")
+    return ffi
+
+
+def _place(unit: Unit, rung: int, instruction: int) -> Place:
+    code = unit.rungs[rung]
+    instr = code.code[instruction]
+    return Place(unit.name, code.key, instruction, instr.element, instr.span or code.span)
