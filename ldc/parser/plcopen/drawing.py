@@ -60,15 +60,13 @@ class Element:
     order: tuple[int, ...]
     inputs: list[Input] = field(default_factory=list)
     outputs: list[OutputPin] = field(default_factory=list)
+    kind: str = field(init=False)
+    position: tuple[int, int] = field(init=False)
 
-    @property
-    def kind(self) -> str:
-        return self.node.tag
-
-    @property
-    def position(self) -> tuple[int, int]:
+    def __post_init__(self) -> None:
+        self.kind = self.node.tag
         at = self.node.find("position")
-        return (at.number("y"), at.number("x")) if at is not None else (0, 0)
+        self.position = (at.number("y"), at.number("x")) if at is not None else (0, 0)
 
     def describe(self) -> str:
         """What the element is called in messages."""
