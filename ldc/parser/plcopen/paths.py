@@ -126,7 +126,11 @@ class _Network:
         self.inner.setdefault(edge.tail, set()).add(edge)
         self.outer.setdefault(edge.head, set()).add(edge)
         if edge.head != RAIL_NET or edge.tail is not None:  # paths from rail to rail stay paths
-            insort(self.beside.setdefault((edge.head, edge.tail), []), edge, key=lambda e: e.place)
+            group = self.beside.setdefault((edge.head, edge.tail), [])
+            if group:
+                insort(group, edge, key=lambda e: e.place)
+            else:
+                group.append(edge)
         self._try(edge)
 
     def _try(self, edge: _Edge) -> None:
@@ -146,6 +150,8 @@ class _Network:
     def _at(self, edge: _Edge) -> int | None:
         """Where an edge stands among those beside it; None when it stands nowhere (any more)."""
         group = self.beside.get((edge.head, edge.tail), ())
+        if len(group) < 2:
+            return 0 if group and group[0] is edge else None
         at = bisect_left(group, edge.place, key=lambda e: e.place)
         return at if at < len(group) and group[at] is edge else None
 
