@@ -7,6 +7,9 @@ import re
 from pathlib import Path
 
 import pytest
+from charts import Chart
+from charts import charts as random_charts
+from charts import text as chart_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plcopen_xml import block, coil, contact, ladder, pou, project, rail, right, value
@@ -66,6 +69,18 @@ def test_random_ladders_as_text(drawn: list[ast.Rung], contacts: list[ast.Expr])
 def test_random_statements_as_text(text: str) -> None:
     file = parsed(text, "x.st")
     assert tree(rewritten(file, "again.st")) == tree(file)
+
+
+@given(random_charts())
+@settings(deadline=None, max_examples=30)
+def test_random_charts_as_text(chart: Chart) -> None:
+    file = parsed(chart_text(chart))
+    again = rewritten(file, "again.ld")
+    assert tree(rewritten(again, "again.ld")) == tree(again)
+    order = [[bare(part) for part in group] for body in (file.pous[0].body,)
+             for group in (body.steps, body.transitions, body.actions)]
+    assert order == [[bare(part) for part in group] for body in (again.pous[0].body,)
+                     for group in (body.steps, body.transitions, body.actions)]
 
 
 def test_notes_become_comments_in_one_line() -> None:

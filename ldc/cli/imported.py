@@ -8,6 +8,7 @@ from itertools import groupby
 
 from ldc.diagnostics import Diagnostic, Diagnostics
 from ldc.parser import ast, format_of
+from ldc.parser.sfc import SfcBody, rungs_of
 from ldc.parser.write import Part, ending, written
 from ldc.render import plural
 from ldc.source import SourceFile
@@ -40,7 +41,8 @@ def sources(files: Sequence[ast.File], diagnostics: Diagnostics) -> dict[str, as
     shared += [configuration for file in files for configuration in file.configurations]
     if shared:
         parts["src/globals.st"] = shared
-    return {path: written(group, path, diagnostics) for path, group in parts.items()}
+    texts = {path: written(group, path, diagnostics) for path, group in parts.items()}
+    return {path: file for path, file in texts.items() if file.source.text}
 
 
 def _helps(pou: ast.Pou, file: ast.File) -> bool:
@@ -105,7 +107,7 @@ def report(files: Sequence[ast.File], texts: dict[str, ast.File], found: Iterabl
 
 
 def _counts(file: ast.File) -> tuple[str, ...]:
-    rungs = sum(len(pou.body.rungs) for pou in file.pous if isinstance(pou.body, ast.LadderBody))
+    rungs = sum(len(rungs_of(pou.body)) for pou in file.pous)
     blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
     blocks += [block for c in file.configurations for block in c.var_blocks]
     numbers = (len(file.pous), rungs, len(file.types), sum(len(block.variables) for block in blocks))
@@ -115,6 +117,8 @@ def _counts(file: ast.File) -> tuple[str, ...]:
 def _content(pou: ast.Pou) -> str:
     if isinstance(pou.body, ast.LadderBody):
         return plural(len(pou.body.rungs), "rung")
+    if isinstance(pou.body, SfcBody):
+        return f"chart of {plural(len(pou.body.steps), 'step')}"
     return "Instruction List" if isinstance(pou.body, ast.TextBody) else "Structured Text"
 
 

@@ -1,20 +1,23 @@
 """Trees as text, whatever source they come from: what `ldc import` and `ldc export` write.
 
-The text is put down by the same functions that the formatter uses, read, and formatted, so that it is canonical; comments of the source are not in the tree, what a foreign
-source says about a variable becomes one.
+The text is put down by the functions that the formatter uses, read, and formatted, so that it is canonical.
+Comments are not in the tree; what a foreign source says about a variable becomes one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
+from dataclasses import replace
+from itertools import count, groupby
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, reader, unparse
 from ldc.parser.format import format_file, heading, program_text, task_text
+from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
+from ldc.parser.sfc import SfcBody, bodies
 from ldc.parser.statements import StatementBody
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 
 Part = ast.Pou | ast.TypeDecl | ast.VarBlock | ast.Configuration
 _INDENT = unparse.INDENT
@@ -22,7 +25,8 @@ _INDENT = unparse.INDENT
 
 def ending(pou: ast.Pou) -> str:
     """The ending of a file that can hold the POU: its body decides."""
-    if isinstance(pou.body, ast.LadderBody):
+    inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else (pou.body,)
+    if any(isinstance(body, ast.LadderBody) for body in inside):
         return ".ld"
     return ".il" if isinstance(pou.body, ast.TextBody) else ".st"
 
@@ -30,11 +34,26 @@ def ending(pou: ast.Pou) -> str:
 def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.File:
     """The parts as a file with canonical text (in ``source``), read from that text: the same trees, with
     spans there. The ending of ``path`` has to fit the bodies. What a text cannot say is reported."""
+    parts = [part for part in parts if not isinstance(part, ast.Pou) or _has_text(part, diagnostics)]
+    if not parts:
+        return ast.File(SourceFile(path, ""), (), (), (), (), (), incomplete=True)
     draft = SourceFile(path, "\n".join(_lines(parts)) + "\n")
     file = reader.parse_file(draft, diagnostics)
     if diagnostics.has_errors:
         return file
     return reader.parse_file(SourceFile(path, format_file(file)), diagnostics)
+
+
+def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
+    """Whether a text file can hold the POU: actions and transitions of a chart are rungs or statements there."""
+    inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else ()
+    listed = next((body for body in inside if isinstance(body, ast.TextBody)), None)
+    if listed is not None:
+        diagnostics.error(
+            "LD0154", f"`{pou.name}` is a chart with a body in Instruction List", listed.span,
+            "no text file holds this in a chart",
+            help="write it in Structured Text or as a ladder; as it is, the file compiles without import")
+    return listed is None
 
 
 def _lines(parts: Iterable[Part]) -> Iterator[str]:
@@ -74,6 +93,10 @@ def _pou(pou: ast.Pou) -> Iterator[str]:
         printer = _Plain()
         StatementPrinter(printer).list(pou.body.statements, _INDENT)
         yield from printer.lines
+    elif isinstance(pou.body, SfcBody):
+        printer = _Plain()
+        ChartPrinter(printer).chart(_in_order(pou.body))
+        yield from printer.lines
     elif isinstance(pou.body, ast.TextBody):
         yield pou.body.span.text.strip("\n")
     else:
@@ -82,20 +105,41 @@ def _pou(pou: ast.Pou) -> Iterator[str]:
     yield f"END_{pou.kind}"
 
 
+def _in_order(chart: SfcBody) -> SfcBody:
+    """The chart with spans that put its parts into their order; a drawing may have them anywhere."""
+    places = (Span(chart.span.source, at, at) for at in count())
+    groups = ([replace(part, span=next(places)) for part in group]
+              for group in (chart.steps, chart.transitions, chart.actions))
+    return SfcBody(*map(tuple, groups), chart.span)
+
+
 class _Plain:
-    """Takes the lines of statements; there are no comments to put between them."""
+    """Takes the lines of statements and charts; there are no comments to put between them."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self.opened = False
 
     def own_lines(self, comments: Sequence[ast.Comment], indent: str) -> None:
         self.lines += [indent + comment.text for comment in comments]
 
     def above(self, start: int, indent: str) -> None:
-        """Nothing stands above a statement."""
+        """Nothing stands above a line."""
+
+    def blank(self) -> None:
+        self.lines.append("")
 
     def line(self, text: str, end: int, opens: bool = False) -> None:
         self.lines.append(text)
+
+    def token_end(self, word: str, start: int) -> int:
+        return start
+
+    def close(self, word: str, end: int, indent: str, inner: str) -> None:
+        self.lines.append(indent + word)
+
+    def rung(self, rung: ast.Rung, indent: str) -> None:
+        self.lines.append(indent + unparse.rung_text(rung))
 
 
 def _configuration(configuration: ast.Configuration) -> Iterator[str]:
