@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast, classicladder, ldmicro, melsec, openplc, plcopen
+from ldc.parser import ast, classicladder, l5x, ldmicro, melsec, openplc, plcopen
 from ldc.source import SourceFile, Span
 
 
@@ -27,6 +27,7 @@ class Format:
 
 
 FORMATS: tuple[Format, ...] = (
+    Format("L5X", (".l5x",), l5x.recognises, l5x.read),
     Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
     Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),

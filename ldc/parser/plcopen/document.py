@@ -21,7 +21,7 @@ _HEAD = re.compile(r"""<(?:[^"'>]|"[^"]*"|'[^']*')*+>""")
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""=\s*(["'])(.*?)\1""", re.DOTALL)
-_TEXTUAL = ("ST", "IL")
+_TEXTUAL = ("ST", "IL", "STContent")
 _ENDS_EARLY = "it ends before its elements are closed"
 
 

@@ -1,0 +1,230 @@
+"""Structured Text routines: statements of Logix, whose expressions convert types as ladder instructions do."""
+
+from __future__ import annotations
+
+import re
+
+from ldc.parser import ast
+from ldc.parser import statements as st
+from ldc.parser.l5x.operands import BITS, Operands, Parser, Wrong
+from ldc.parser.l5x.types import DINT, Atom, is_real
+from ldc.parser.l5x.values import Value, convert
+from ldc.parser.plcopen.document import Node
+from ldc.source import SourceFile, Span
+
+MAX_DEPTH = 100
+_COMMENT = re.compile(r"\(\*.*?\*\)|/\*.*?\*/|//[^\n]*|#(?:end)?region[^\n]*|'(?:[^'$\n]|\$.)*'", re.DOTALL)
+_WORD = re.compile(r"\s*([A-Za-z_]\w*|\[:=\]|:=|\.\.|\S)")
+_ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
+
+
+class Statements:
+    """Reads the statements of one POU. ``operands`` knows its tags; ``last`` is done before a RETURN."""
+
+    def __init__(self, operands: Operands, last: tuple[st.Statement, ...] = ()) -> None:
+        self.operands, self.reading, self.last = operands, operands.reading, last
+
+    def guarded(self, node: Node, enable: ast.Expr, enabled: ast.Expr) -> st.StatementBody:
+        """``ENO := EN; IF EN THEN statements END_IF;``"""
+        span = node.span
+        body = st.If((st.Arm(enable, self.read(node.body), span),), None, span)
+        return st.StatementBody((st.Assign(enabled, enable, span), body), span)
+
+    def read(self, text: Span) -> tuple[st.Statement, ...]:
+        """The statements of a text; what is wrong is told, and reading goes on behind the next semicolon."""
+        source = SourceFile(text.source.path, _COMMENT.sub(_blank, text.source.text[: text.end]))
+        self.source, self.at, self.end, self.depth = source, text.start, text.end, 0
+        found: list[st.Statement] = []
+        while self.peek():
+            found += self.block(())
+            if self.peek():
+                self.complain(f"`{self.peek()}` is not expected here")
+                self.next()
+        return tuple(found)
+
+    # ---- tokens
+
+    def peek(self) -> str:
+        match = _WORD.match(self.source.text, self.at, self.end)
+        return match[1] if match else ""
+
+    def next(self) -> Span:
+        match = _WORD.match(self.source.text, self.at, self.end)
+        if match is None:
+            return Span(self.source, self.at, self.at)
+        self.at = match.end()
+        return Span(self.source, match.start(1), match.end(1))
+
+    def complain(self, message: str, help: str = "") -> None:
+        match = _WORD.match(self.source.text, self.at, self.end)
+        start, end = match.span(1) if match else (max(self.end - 1, 0), self.end)
+        self.reading.malformed(Span(self.source, start, end), message, help=help or "check the statement")
+
+    def expect(self, word: str) -> None:
+        if self.peek().upper() != word:
+            self.complain(f"`{word}` is missing")
+            raise Wrong
+        self.next()
+
+    def expression(self, real: bool = False) -> Value:
+        parser = Parser(self.operands, Span(self.source, self.at, self.end), real, None)
+        found = parser.expression(0)
+        self.at = parser.start
+        return found
+
+    # ---- statements
+
+    def block(self, ends: tuple[str, ...]) -> tuple[st.Statement, ...]:
+        """Up to one of the words that end it."""
+        found = []
+        while (word := self.peek().upper()) and word not in ends:
+            try:
+                if word in (*_ENDS.values(), "ELSE", "ELSIF", "UNTIL"):
+                    break
+                found += self.statements(word)
+            except Wrong:
+                semicolon = self.source.text.find(";", self.at, self.end)
+                self.at = self.end if semicolon < 0 else semicolon + 1
+        return tuple(found)
+
+    def statements(self, word: str) -> tuple[st.Statement, ...]:
+        """One statement, with what has to be done before it."""
+        return (*(self.last if word == "RETURN" else ()), self.statement(word))
+
+    def statement(self, word: str) -> st.Statement:
+        start = self.at
+        if word == ";":
+            return st.Empty(self.next())
+        if word in _ENDS:
+            self.depth += 1
+            if self.depth > MAX_DEPTH:
+                self.reading.too_large(self.next(), MAX_DEPTH, "statements inside one another")
+                self.at = self.end
+                raise Wrong
+            head = self.next()
+            found = getattr(self, f"_{word.lower()}")(head)
+            self.depth -= 1
+            if self.peek() == ";":
+                self.next()
+            return found
+        if word in ("EXIT", "RETURN", "CONTINUE"):
+            span = self.next()
+            self.expect(";")
+            return st.Leave(word, span)
+        if re.match(r"\s*[A-Za-z_]\w*\s*\(", self.source.text[start : self.end]):
+            self.reading.unsupported(self.next(), f"instruction {word} in Structured Text",
+                                     "call it in a ladder routine")
+            raise Wrong
+        target = self.expression()
+        sign = self.next()
+        if sign.text == "[:=]":
+            self.reading.unsupported(sign, "an assignment that is undone in a prescan", "write :=")
+            raise Wrong
+        if sign.text != ":=" or not target.place:
+            self.at = start
+            self.complain("this is no statement")
+            raise Wrong
+        value = self.expression(is_real(target.type))
+        self.expect(";")
+        span = Span(self.source, target.span.start, self.at)
+        if target.whole is None:
+            return st.Assign(target.expr, convert(value, target.type), span)
+        whole = target.whole
+        name = self.operands.support.use("logix_set_bit", T=whole.type.name, BITS=BITS[whole.type.name])
+        pins = (("power", value.expr), ("bit", target.bit), ("whole", whole.expr))
+        return st.Invoke(ast.Name(name, span), tuple(ast.Argument(n, e, False, span) for n, e in pins), span)
+
+    def condition(self) -> ast.Expr:
+        return self.expression().expr
+
+    def close(self, word: str, head: Span) -> Span:
+        self.expect(word)
+        return Span(self.source, head.start, self.at)
+
+    def _if(self, head: Span) -> st.If:
+        arms = []
+        while True:
+            condition = self.condition()
+            self.expect("THEN")
+            head_span = Span(self.source, head.start, self.at)
+            arms.append(st.Arm(condition, self.block(("ELSIF", "ELSE", "END_IF")), head_span))
+            if self.peek().upper() != "ELSIF":
+                break
+            head = self.next()
+        otherwise = self._otherwise("END_IF")
+        return st.If(tuple(arms), otherwise, self.close("END_IF", arms[0].head))
+
+    def _otherwise(self, end: str) -> st.Otherwise | None:
+        if self.peek().upper() != "ELSE":
+            return None
+        head = self.next()
+        return st.Otherwise(self.block((end,)), head)
+
+    def _case(self, head: Span) -> st.Case:
+        selector = self.condition()
+        self.expect("OF")
+        head_span = Span(self.source, head.start, self.at)
+        choices = []
+        while self.peek() and self.peek().upper() not in ("ELSE", "END_CASE"):
+            start, labels = self.at, []
+            while True:
+                low, high = self.condition(), None
+                if self.peek() == "..":
+                    self.next()
+                    high = self.condition()
+                labels.append(st.Label(low, high, low.span))
+                if self.peek() != ",":
+                    break
+                self.next()
+            self.expect(":")
+            choices.append(st.Choice(tuple(labels), self._choice(), Span(self.source, start, self.at)))
+        otherwise = self._otherwise("END_CASE")
+        return st.Case(selector, tuple(choices), otherwise, head_span, self.close("END_CASE", head))
+
+    def _choice(self) -> tuple[st.Statement, ...]:
+        """Statements up to the next label: a number that is followed by ``:``, ``,`` or ``..``."""
+        found = []
+        label = re.compile(r"\s*-?[\w#]+\s*(?::(?!=)|,|\.\.)")
+        while (word := self.peek().upper()) and word not in ("ELSE", "END_CASE"):
+            if label.match(self.source.text, self.at, self.end):
+                break
+            found += self.statements(word)
+        return tuple(found)
+
+    def _for(self, head: Span) -> st.For:
+        variable = self.expression()
+        self.expect(":=")
+        start = self._counted(variable)
+        self.expect("TO")
+        stop, step = self._counted(variable), None
+        if self.peek().upper() == "BY":
+            self.next()
+            step = self._counted(variable)
+        self.expect("DO")
+        span = Span(self.source, head.start, self.at)
+        body = self.block(("END_FOR",))
+        return st.For(st.ForHead(variable.expr, start, stop, step, span), body, span, self.close("END_FOR", head))
+
+    def _counted(self, variable: Value) -> ast.Expr:
+        return convert(self.expression(), variable.type if isinstance(variable.type, Atom) else DINT)
+
+    def _while(self, head: Span) -> st.While:
+        condition = self.condition()
+        self.expect("DO")
+        span = Span(self.source, head.start, self.at)
+        return st.While(condition, self.block(("END_WHILE",)), span, self.close("END_WHILE", head))
+
+    def _repeat(self, head: Span) -> st.Repeat:
+        body = self.block(("UNTIL",))
+        start = self.at
+        self.expect("UNTIL")
+        condition = self.condition()
+        if self.peek() == ";":
+            self.next()
+        span = self.close("END_REPEAT", head)
+        return st.Repeat(body, condition, head, Span(self.source, start, self.at), span)
+
+
+def _blank(match: re.Match) -> str:
+    """A comment as spaces; strings stay."""
+    return match[0] if match[0][0] == "'" else re.sub(r"[^\n]", " ", match[0])
