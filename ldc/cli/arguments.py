@@ -43,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _run, _fmt, _draw, _import, _bench, _explain, _doctor):
+    for add in (_new, _check, _compile, _run, _fmt, _draw, _component, _import, _bench, _explain, _doctor):
         add(commands)
     return parser
 
@@ -209,6 +209,29 @@ def _bench(commands) -> None:
         help="BOOL inputs before each scan: left as they are (default), one is inverted, all are set",
     )
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
+
+
+def _component(commands) -> None:
+    parser = _command(
+        commands,
+        "component",
+        "make, check and list components in IL, ST, C and C++",
+        "  ldc component new ramp --language c\n  ldc component check\n  ldc component list",
+    )
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=_Parser)
+    new = _command(actions, "new", "write a descriptor and a body that work", "  ldc component new ramp -o parts")
+    new.add_argument("name", metavar="NAME", help="of the component; ladders name it in capitals")
+    new.add_argument("--language", choices=("c", "c++", "st", "il"), default="c", help="of the body (default: c)")
+    new.add_argument("-o", dest="folder", metavar="DIR", default=".", help="where (default: here)")
+    what = "a descriptor (.ldc.toml), a project, or sources with descriptors beside them (default: this folder)"
+    check = _command(actions, "check", "compile every component, used or not", "  ldc component check ramp.ldc.toml")
+    check.add_argument("sources", nargs="*", metavar="SRC", help=what)
+    listing = _command(actions, "list", "the components that a project may use", "  ldc component list")
+    listing.add_argument("sources", nargs="*", metavar="SRC", help=what)
+    header = _command(actions, "header", "the C header of a component, to test its body alone",
+                      "  ldc component header ramp.ldc.toml -o ramp.h && gcc -c ramp.c")
+    header.add_argument("source", metavar="SRC", help="a descriptor (.ldc.toml)")
+    header.add_argument("-o", dest="output", metavar="OUT", help="write to this file, not to standard output")
 
 
 def _explain(commands) -> None:

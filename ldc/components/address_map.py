@@ -79,7 +79,9 @@ class AddressMap:
         return [s.name for (m, _), s in self.symbols.items() if m == macro]
 
 
-def of_symbols(processor: str, symbols: Iterable[Symbol], word_bits: int = 8, base: str = "ldc_memory") -> AddressMap:
+def of_symbols(
+    processor: str, symbols: Iterable[Symbol], word_bits: int = 8, base: str = "ldc_memory"
+) -> AddressMap:
     return AddressMap(processor, {(s.macro, s.name.upper()): s for s in symbols}, word_bits, base)
 
 
@@ -92,5 +94,7 @@ def macro_of(type_: Type) -> str:
 def areas() -> Mapping[str, Area]:
     """The areas of memory.toml by name."""
     text = (resources.files("ldc.components") / "memory.toml").read_text(encoding="utf-8")
-    return {name: Area(name=name, **{**row, "readers": tuple(row["readers"])})
-            for name, row in tomllib.loads(text)["areas"].items()}
+    return {
+        name: Area(name=name, **{**row, "readers": tuple(row["readers"])})
+        for name, row in tomllib.loads(text)["areas"].items()
+    }

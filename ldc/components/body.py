@@ -1,17 +1,18 @@
-"""The IL around a native body: time since the last call, checks of the inputs, the call, power out.
+"""The IL around the body of a component: time since the last call, checks of the inputs, power out.
 
-    dt := time since the previous execution, 0 at the first
-    error := 6 when an input is no number, 7 when one is out of its range (codes of SPEC 2.4), else 0
-    if error is 0, the native code runs, which may set it
-    ENO := enable AND error = 0
+elapsed := time since the previous execution, 0 at the first
+error := 6 when an input is no number, 7 when one is out of its range (codes of SPEC 2.4), else 0
+if error is 0, the body runs, which may set it
+ENO := enable AND error = 0
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
-from ldc.components.descriptor import ENABLE, ERROR, POWER, Component, Pin
+from ldc.components.descriptor import ENABLE, ERROR, POWER, TIME_STEP, Component, Pin
 from ldc.expr import Const, Place
 from ldc.il.program import External, Instr, RungCode, Unit
 from ldc.model.project import Pou
@@ -19,22 +20,47 @@ from ldc.symbols import Variable
 from ldc.types import BOOL, TIME, UINT, Elementary, storage
 
 NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
-_LAST, _DT, _NOW = "_ldc_last", "_ldc_dt", "%NOW"
+_LAST, _NOW, _END = "_ldc_last", "%NOW", "_ldc_end"
+_RETURNS = {"RET": "JMP", "RETC": "JMPC", "RETCN": "JMPCN"}
 
 
-def unit(component: Component, pou: Pou, digest: str) -> Unit:
+def native(component: Component, pou: Pou, digest: str) -> Unit:
     """The unit of a C or C++ component; ``pou`` is its function block, typed."""
-    hidden = (Variable(_LAST, TIME, "hidden", initial=-1), Variable(_DT, TIME, "temp"))
-    external = External(component.id, component.entry, component.language, digest, component.processor,
-                        None if component.period_us is None else component.period_us * 1000)
-    rungs = (_rung("time", _time()), _rung("check", _check(component, pou)), _rung("call", _call(pou)),
-             _rung("power", _power(component, pou)))
-    return Unit("FUNCTION_BLOCK", component.name, (*pou.variables.values(), *hidden),
-                tuple(r for r in rungs if r.code), title=pou.title, external=external)
+    external = External(
+        component.id,
+        component.entry,
+        component.language,
+        digest,
+        component.processor,
+        None if component.period_us is None else component.period_us * 1000,
+    )
+    code = (RungCode("native", (Instr("EXT", _place(pou, TIME_STEP), TIME),)),)
+    unit = Unit(
+        "FUNCTION_BLOCK",
+        component.name,
+        tuple(pou.variables.values()),
+        code,
+        title=pou.title,
+        external=external,
+    )
+    return wrapped(component, pou, unit)
 
 
-def _rung(key: str, code: list[Instr]) -> RungCode:
-    return RungCode(key, tuple(code))
+def wrapped(component: Component, pou: Pou, unit: Unit) -> Unit:
+    """A unit that holds the body alone as the whole component. A RETURN of the body ends the body only."""
+    last = Variable(_LAST, TIME, "hidden", initial=-1)
+    body = tuple(replace(r, code=tuple(_inner(i) for i in r.code)) for r in unit.rungs)
+    rungs = (
+        RungCode("time", tuple(_time(pou))),
+        RungCode("check", tuple(_check(component, pou))),
+        *body,
+        RungCode("power", tuple(_power(component, pou)), label=_END),
+    )
+    return replace(unit, variables=(*unit.variables, last), rungs=rungs)
+
+
+def _inner(instr: Instr) -> Instr:
+    return replace(instr, op=_RETURNS[instr.op], name=_END) if instr.op in _RETURNS else instr
 
 
 def _place(pou: Pou, name: str) -> Place:
@@ -42,14 +68,21 @@ def _place(pou: Pou, name: str) -> Place:
     return Place(variable.name, variable.type)
 
 
-def _time() -> list[Instr]:
-    now, last, dt = Place(_NOW, TIME, is_global=True), Place(_LAST, TIME), Place(_DT, TIME)
+def _time(pou: Pou) -> list[Instr]:
+    now, last, dt = Place(_NOW, TIME, is_global=True), Place(_LAST, TIME), _place(pou, TIME_STEP)
     zero = Const(0, TIME)
     return [
-        Instr("LD", now, TIME), Instr("SUB", last, TIME), Instr("ST", dt, TIME),
-        Instr("LD", last, TIME), Instr("LT", zero, TIME), Instr("JMPCN", name="later"),
-        Instr("LD", zero, TIME), Instr("ST", dt, TIME),
-        Instr("LABEL", name="later"), Instr("LD", now, TIME), Instr("ST", last, TIME),
+        Instr("LD", now, TIME),
+        Instr("SUB", last, TIME),
+        Instr("ST", dt, TIME),
+        Instr("LD", last, TIME),
+        Instr("LT", zero, TIME),
+        Instr("JMPCN", name="later"),
+        Instr("LD", zero, TIME),
+        Instr("ST", dt, TIME),
+        Instr("LABEL", name="later"),
+        Instr("LD", now, TIME),
+        Instr("ST", last, TIME),
     ]
 
 
@@ -60,9 +93,15 @@ def _check(component: Component, pou: Pou) -> list[Instr]:
         place = _place(pou, pin.name)
         for test, number in _tests(pin, place):
             label = f"good_{len(code)}"
-            code += [Instr("LD", place, place.type), test, Instr("JMPCN", name=label),
-                     Instr("LD", Const(number, UINT), UINT), Instr("ST", error, UINT), Instr("LABEL", name=label)]
-    return code
+            code += [
+                Instr("LD", place, place.type),
+                test,
+                Instr("JMPCN", name=label),
+                Instr("LD", Const(number, UINT), UINT),
+                Instr("ST", error, UINT),
+                Instr("LABEL", name=label),
+            ]
+    return [*code, Instr("LD", error, UINT), Instr("EQ", Const(0, UINT), UINT), Instr("JMPCN", name=_END)]
 
 
 def _tests(pin: Pin, place: Place) -> Iterator[tuple[Instr, int]]:
@@ -84,12 +123,6 @@ def _bound(value: int | float, type_: Elementary, inwards: Callable[[float], int
         return Const(float(value), type_)
     low, high = type_.range
     return Const(min(max(inwards(value), low), high), type_)
-
-
-def _call(pou: Pou) -> list[Instr]:
-    error = _place(pou, ERROR)
-    return [Instr("LD", error, UINT), Instr("EQ", Const(0, UINT), UINT), Instr("JMPCN", name="done"),
-            Instr("EXT", Place(_DT, TIME), TIME), Instr("LABEL", name="done")]
 
 
 def _power(component: Component, pou: Pou) -> list[Instr]:

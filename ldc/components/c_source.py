@@ -7,6 +7,7 @@ messages of gcc and the steps of gdb are at the author's lines.
 from __future__ import annotations
 
 import difflib
+import operator
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,15 +25,36 @@ from ldc.types import BOOL, Array, storage
 
 INCLUDE = Path(__file__).with_name("include")
 _WHERE = re.compile(r"^(.*?):(\d+):(\d+): (.*)$", re.DOTALL)
-_TARGET = {"=": None, "+=": "+", "-=": "-", "*=": "*", "/=": "/", "%=": "%", "<<=": "<<", ">>=": ">>", "&=": "&",
-           "^=": "^", "|=": "|"}
-_FOLD = (c_ast.Constant, c_ast.UnaryOp, c_ast.BinaryOp, c_ast.Cast)
+_TARGET = {
+    "=": None,
+    "+=": "+",
+    "-=": "-",
+    "*=": "*",
+    "/=": "/",
+    "%=": "%",
+    "<<=": "<<",
+    ">>=": ">>",
+    "&=": "&",
+    "^=": "^",
+    "|=": "|",
+}
+_BIG = 1 << 64
+_ARITHMETIC = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "&": operator.and_,
+    "|": operator.or_,
+    "^": operator.xor,
+    "<<": lambda left, right: left << min(max(right, 0), 64),
+    ">>": lambda left, right: left >> min(max(right, 0), 64),
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Rewritten:
-    """``text``: one translation unit for the processor's compiler. ``reads``, ``writes``: symbols used, by macro
-    and name in capitals. ``defines``: names of its functions."""
+    """``text``: one translation unit for the processor's compiler. ``reads``, ``writes``: symbols used, by
+    macro and name in capitals. ``defines``: names of its functions."""
 
     text: str
     reads: frozenset[tuple[str, str]]
@@ -40,8 +62,14 @@ class Rewritten:
     defines: frozenset[str]
 
 
-def rewrite(component: Component, source: SourceFile, header: Path, memory: AddressMap, gcc: str,
-            diagnostics: Diagnostics) -> Rewritten | None:
+def rewrite(
+    component: Component,
+    source: SourceFile,
+    header: Path,
+    memory: AddressMap,
+    gcc: str,
+    diagnostics: Diagnostics,
+) -> Rewritten | None:
     """One C source for the processor of the map, or None with findings. ``header`` is the generated one."""
     text = preprocess(component, source, header, gcc, diagnostics)
     if text is None:
@@ -50,7 +78,15 @@ def rewrite(component: Component, source: SourceFile, header: Path, memory: Addr
     try:
         tree = c_parser.CParser().parse(text, source.path)
     except c_parser.ParseError as error:
-        findings.c_syntax(diagnostics, *places.of_error(str(error)))
+        # gcc tells mistakes better; what it takes is an extension that only gcc knows.
+        command = [*_command(component, source, header, gcc), "-fsyntax-only"]
+        status, _, said = toolchain.run(command)
+        if status:
+            toolchain.report(
+                [s for s in said if s.level == "error"], {source.path: source}, places.fallback, diagnostics
+            )
+        else:
+            findings.c_syntax(diagnostics, *places.of_error(str(error)))
         return None
     except RecursionError:
         findings.c_syntax(diagnostics, component.span("function", "sources"), "it nests too deeply")
@@ -61,21 +97,44 @@ def rewrite(component: Component, source: SourceFile, header: Path, memory: Addr
     if len(diagnostics) > before:
         return None
     defines = frozenset(node.decl.name for node in tree.ext if isinstance(node, c_ast.FuncDef))
-    return Rewritten(_PREAMBLE + _Printer(places).visit(tree), frozenset(work.reads), frozenset(work.writes), defines)
+    return Rewritten(
+        _PREAMBLE + _Printer(places).visit(tree), frozenset(work.reads), frozenset(work.writes), defines
+    )
 
 
-def preprocess(component: Component, source: SourceFile, header: Path, gcc: str, diagnostics: Diagnostics) -> str | None:
+def preprocess(
+    component: Component, source: SourceFile, header: Path, gcc: str, diagnostics: Diagnostics
+) -> str | None:
     """The source after the preprocessor, with its headers and line markers; None with findings."""
-    path = component.folder / next(s for s in component.sources if (component.folder / s).as_posix() == source.path)
-    command = [gcc, "-E", "-nostdinc", f"-std={component.standard or 'c11'}", "-DLDC_REMAPPED", "-isystem", str(INCLUDE),
-               "-I", str(component.folder), "-I", str(header.parent), "-include", str(header),
-               *(f for f in component.cflags if f[:2] in ("-D", "-U", "-I")), str(path)]
-    status, text, said = toolchain.run(command)
+    status, text, said = toolchain.run([*_command(component, source, header, gcc), "-DLDC_REMAPPED", "-E"])
     if status:
-        toolchain.report([s for s in said if s.level == "error"], {str(path): source},
-                         component.span("function", "sources"), diagnostics)
+        toolchain.report(
+            [s for s in said if s.level == "error"],
+            {source.path: source},
+            component.span("function", "sources"),
+            diagnostics,
+        )
         return None
     return text
+
+
+def _command(component: Component, source: SourceFile, header: Path, gcc: str) -> list[str]:
+    """How gcc reads a source: with our headers and the generated one, as the author's file."""
+    return [
+        gcc,
+        "-nostdinc",
+        f"-std={component.standard or 'c11'}",
+        "-isystem",
+        str(INCLUDE),
+        "-I",
+        str(component.folder),
+        "-I",
+        str(header.parent),
+        "-include",
+        str(header),
+        *(f for f in component.cflags if f[:2] in ("-D", "-U", "-I")),
+        source.path,
+    ]
 
 
 _PREAMBLE = """\
@@ -151,10 +210,9 @@ class _Remap(c_ast.NodeVisitor):
 
     def _address(self, node: c_ast.Node) -> None:
         """A constant other than 0 that becomes a pointer."""
-        if self.places.own(node) and _is_number(node):
+        if self.places.own(node) and _number(node):
             text = c_generator.CGenerator().visit(node)
-            if text not in ("0", "0u", "0U", "(void *) 0"):
-                findings.raw_address(self.diagnostics, self.places.span(node), text)
+            findings.raw_address(self.diagnostics, self.places.span(node), text)
 
     # ---- symbols
 
@@ -162,6 +220,10 @@ class _Remap(c_ast.NodeVisitor):
         self._children(node)
 
     def _children(self, node: c_ast.Node) -> None:
+        if isinstance(node, c_ast.Assignment):
+            self._element(node.lvalue, read=node.op != "=")
+        elif isinstance(node, c_ast.UnaryOp) and node.op in ("++", "--", "p++", "p--", "&"):
+            self._element(node.expr, read=True)
         for name, child in node.children():
             symbol = self._symbol(child)
             if symbol is None:
@@ -185,7 +247,11 @@ class _Remap(c_ast.NodeVisitor):
 
     def _symbol(self, node: c_ast.Node, tell: bool = True) -> Symbol | None:
         """The symbol that ``PLC_D(name)`` is, or None."""
-        if not isinstance(node, c_ast.FuncCall) or not isinstance(node.name, c_ast.ID) or node.name.name not in MACROS:
+        if (
+            not isinstance(node, c_ast.FuncCall)
+            or not isinstance(node.name, c_ast.ID)
+            or node.name.name not in MACROS
+        ):
             return None
         macro, args = node.name.name, node.args.exprs if node.args is not None else []
         if len(args) != 1 or not isinstance(args[0], c_ast.ID):
@@ -196,10 +262,23 @@ class _Remap(c_ast.NodeVisitor):
         if symbol is None or self.memory.processor not in symbol.readers:
             if tell:
                 close = difflib.get_close_matches(args[0].name, self.memory.names(macro), 2)
-                findings.unknown_symbol(self.diagnostics, self.places.span(args[0]), macro, args[0].name, close,
-                                        self.memory.processor)
+                findings.unknown_symbol(
+                    self.diagnostics,
+                    self.places.span(args[0]),
+                    macro,
+                    args[0].name,
+                    close,
+                    self.memory.processor,
+                )
             return None
         return symbol
+
+    def _element(self, node: c_ast.Node, read: bool) -> None:
+        """An element of an array symbol that is written."""
+        if isinstance(node, c_ast.ArrayRef):
+            symbol = self._symbol(node.name, tell=False)
+            if symbol is not None:
+                self._written(node.name, symbol, read)
 
     def _written(self, node: c_ast.Node, symbol: Symbol, read: bool) -> None:
         key = (symbol.macro, symbol.name.upper())
@@ -207,8 +286,14 @@ class _Remap(c_ast.NodeVisitor):
         if read:
             self.reads.add(key)
         if self.memory.processor not in symbol.writers:
-            findings.no_write(self.diagnostics, self.places.span(node), symbol.name, symbol.area,
-                              self.memory.processor, ", ".join(sorted(symbol.writers)) or "nobody")
+            findings.no_write(
+                self.diagnostics,
+                self.places.span(node),
+                symbol.name,
+                symbol.area,
+                self.memory.processor,
+                ", ".join(sorted(symbol.writers)) or "nobody",
+            )
 
     def _take_address(self, node: c_ast.UnaryOp, symbol: Symbol) -> None:
         """A pointer may be used to write, unless the memory is read-only: then gcc watches its const."""
@@ -223,7 +308,9 @@ class _Remap(c_ast.NodeVisitor):
 
     def _text(self, symbol: Symbol) -> str:
         const = "" if self.memory.processor in symbol.writers else "const "
-        address = f"{self.memory.base} + {symbol.address:#x}u" if self.memory.base else f"{symbol.address:#x}u"
+        address = (
+            f"{self.memory.base} + {symbol.address:#x}u" if self.memory.base else f"{symbol.address:#x}u"
+        )
         if symbol.bit is not None:
             return f"((*({const}volatile unsigned char *)({address}) >> {symbol.bit}) & 1)"
         plain = "unsigned char" if storage(symbol.type) == BOOL else _element(symbol)
@@ -233,12 +320,14 @@ class _Remap(c_ast.NodeVisitor):
     def _put_bit(self, node: c_ast.Assignment) -> c_ast.Node:
         """``PLC_M(x) = e`` on a packed bit: a call, for C has no references to bits."""
         symbol = self._symbol(node.lvalue, tell=False)
-        operator = _TARGET[node.op]
+        op = _TARGET[node.op]
         value = c_generator.CGenerator().visit(node.rvalue)
-        if operator is not None:
-            value = f"{self._text(symbol)} {operator} ({value})"
-        return _expression(f"ldc_put_bit({self.memory.base} + {symbol.address:#x}u, {symbol.bit}, ({value}) != 0)",
-                           node.coord)
+        if op is not None:
+            value = f"{self._text(symbol)} {op} ({value})"
+        return _expression(
+            f"ldc_put_bit({self.memory.base} + {symbol.address:#x}u, {symbol.bit}, ({value}) != 0)",
+            node.coord,
+        )
 
 
 def _element(symbol: Symbol) -> str:
@@ -250,8 +339,10 @@ def _element(symbol: Symbol) -> str:
 
 def _expression(text: str, coord) -> c_ast.Node:
     """A piece of C as a tree that stands at ``coord``."""
-    names = "typedef int int8_t; typedef int int16_t; typedef int int32_t; typedef int int64_t; " \
+    names = (
+        "typedef int int8_t; typedef int int16_t; typedef int int32_t; typedef int int64_t; "
         "typedef int uint8_t; typedef int uint16_t; typedef int uint32_t; typedef int uint64_t; "
+    )
     tree = c_parser.CParser().parse(f"{names}void f(void) {{ {text}; }}")
     node = tree.ext[-1].body.block_items[0]
     for part in _walk(node):
@@ -283,13 +374,34 @@ def _constant(type_: c_ast.Node) -> bool:
     return "const" in (getattr(type_, "quals", None) or [])
 
 
-def _is_number(node: c_ast.Node) -> bool:
-    """Whether an expression is made of numbers alone."""
-    return all(isinstance(part, _FOLD) or not isinstance(part, (c_ast.ID, c_ast.FuncCall, c_ast.StructRef,
-                                                                c_ast.ArrayRef, c_ast.InitList))
-               for part in _walk(node)) and not any(
-        isinstance(part, c_ast.UnaryOp) and part.op in ("&", "sizeof") for part in _walk(node)) and not any(
-        isinstance(part, c_ast.Constant) and part.type == "string" for part in _walk(node))
+def _number(node: c_ast.Node) -> int | None:
+    """The value of an expression that is made of whole numbers alone."""
+    match node:
+        case c_ast.Constant() if "int" in node.type or node.type == "char":
+            digits = node.value.rstrip("uUlL")
+            octal = len(digits) > 1 and digits[0] == "0" and digits.isdigit()
+            return (
+                int(digits, 8 if octal else 0)
+                if digits[:1].isdigit()
+                else ord(digits.strip("'")[-1:] or "\0")
+            )
+        case c_ast.Cast():
+            return _number(node.expr)
+        case c_ast.UnaryOp(op="-" | "+" | "~"):
+            value = _number(node.expr)
+            return None if value is None else {"-": -value, "+": value, "~": ~value}[node.op]
+        case c_ast.BinaryOp():
+            left, right = _number(node.left), _number(node.right)
+            if (
+                left is None
+                or right is None
+                or node.op not in _ARITHMETIC
+                or abs(left) > _BIG
+                or abs(right) > _BIG
+            ):
+                return None
+            return _ARITHMETIC[node.op](left, right)
+    return None
 
 
 class _Printer(c_generator.CGenerator):

@@ -21,13 +21,22 @@ from ldc.source import SourceFile, Span
 from ldc.types import BOOL, Array, storage
 
 _USE = re.compile(r"\b(PLC_M|PLC_D|LCD)\s*\(\s*(\w*)\s*\)")
-_RAW = re.compile(r"(?:reinterpret_cast\s*<[^<>;]*\*\s*>\s*\(\s*|\(\s*(?:const\s+|volatile\s+)*\w+(?:\s+\w+)*\s*\*+\s*\)\s*\(?\s*)"
-                  r"((?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uUlL]*)")
+_RAW = re.compile(
+    r"(?:reinterpret_cast\s*<[^<>;]*\*\s*>\s*\(\s*"
+    r"|\(\s*(?:const\s+|volatile\s+)*\w+(?:\s+\w+)*\s*\*+\s*\)\s*\(?\s*)"
+    r"((?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uUlL]*)"
+)
 _SKIP = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
 
 
-def rewrite(component: Component, source: SourceFile, header: Path, memory: AddressMap, gcc: str,
-            diagnostics: Diagnostics) -> Rewritten | None:
+def rewrite(
+    component: Component,
+    source: SourceFile,
+    header: Path,
+    memory: AddressMap,
+    gcc: str,
+    diagnostics: Diagnostics,
+) -> Rewritten | None:
     """One C++ source for the processor of the map, or None with findings. The text includes the author's
     file, so that its lines stay where they are."""
     code = _SKIP.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), source.text)
@@ -39,15 +48,43 @@ def rewrite(component: Component, source: SourceFile, header: Path, memory: Addr
         return None
     writes = {key for key in reads if memory.processor in memory.symbols[key].writers}
     path = Path(source.path).resolve()
-    text = "\n".join(["#define LDC_REMAPPED", _REFERENCES, *_symbols(memory), header.read_text(encoding="utf-8"),
-                      *(f"#define {macro}(name) ldc_{macro.lower()}::name" for macro in MACROS), f'#include "{path}"', ""])
+    text = "\n".join(
+        [
+            "#define LDC_REMAPPED",
+            _REFERENCES,
+            *_symbols(memory),
+            header.read_text(encoding="utf-8"),
+            *(f"#define {macro}(name) ldc_{macro.lower()}::name" for macro in MACROS),
+            f'#include "{path}"',
+            "",
+        ]
+    )
     unit = header.with_name("check.cpp")
     unit.write_text(text, encoding="utf-8")
     status, assembly, said = toolchain.run(
-        [gcc, "-S", "-o", "-", "-O0", "-isystem", str(INCLUDE), "-I", str(component.folder.resolve()),
-         f"-std={component.standard or 'c++17'}", *component.cflags, str(unit)])
-    toolchain.report([s for s in said if s.level == "error"], {str(path): source},
-                     component.span("function", "sources"), diagnostics)
+        [
+            gcc,
+            "-S",
+            "-o",
+            "-",
+            "-O0",
+            "-isystem",
+            str(INCLUDE),
+            "-I",
+            str(component.folder.resolve()),
+            "-I",
+            str(header.parent),
+            f"-std={component.standard or 'c++17'}",
+            *component.cflags,
+            str(unit),
+        ]
+    )
+    toolchain.report(
+        [s for s in said if s.level == "error"],
+        {str(path): source},
+        component.span("function", "sources"),
+        diagnostics,
+    )
     if status:
         return None
     for name in _static_data(assembly):
@@ -55,21 +92,32 @@ def rewrite(component: Component, source: SourceFile, header: Path, memory: Addr
         span = Span(source, at.start(), at.end()) if at else component.span("function", "sources")
         findings.static_data(diagnostics, span, name)
     defines = frozenset(re.findall(r"^(\w+):", assembly, re.MULTILINE))
-    return None if len(diagnostics) > before else Rewritten(text, frozenset(reads), frozenset(writes), defines)
+    return (
+        None if len(diagnostics) > before else Rewritten(text, frozenset(reads), frozenset(writes), defines)
+    )
 
 
-def _uses(code: str, source: SourceFile, memory: AddressMap, diagnostics: Diagnostics) -> set[tuple[str, str]]:
+def _uses(
+    code: str, source: SourceFile, memory: AddressMap, diagnostics: Diagnostics
+) -> set[tuple[str, str]]:
     found = set()
     for match in _USE.finditer(code):
         macro, name = match[1], match[2]
         symbol = memory.find(macro, name)
         if symbol is None or memory.processor not in symbol.readers:
             close = difflib.get_close_matches(name, memory.names(macro), 2)
-            findings.unknown_symbol(diagnostics, Span(source, match.start(2), match.end(2)), macro, name, close,
-                                    memory.processor)
+            findings.unknown_symbol(
+                diagnostics, Span(source, match.start(2), match.end(2)), macro, name, close, memory.processor
+            )
         elif memory.processor not in symbol.writers and _assigned(code, match.end()):
-            findings.no_write(diagnostics, Span(source, match.start(), match.end()), symbol.name, symbol.area,
-                              memory.processor, ", ".join(sorted(symbol.writers)) or "nobody")
+            findings.no_write(
+                diagnostics,
+                Span(source, match.start(), match.end()),
+                symbol.name,
+                symbol.area,
+                memory.processor,
+                ", ".join(sorted(symbol.writers)) or "nobody",
+            )
         else:
             found.add((macro, name.upper()))
     return found

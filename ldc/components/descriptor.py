@@ -24,9 +24,10 @@ from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
 
 SUFFIX = ".ldc.toml"
-ENABLE, POWER, ERROR = "enable", "ENO", "error"
-"""Pins that every component has when it has a power port: the names of the input and the output, and the
-output that tells what went wrong (0: nothing; SPEC 2.4 has the codes)."""
+ENABLE, POWER, ERROR, TIME_STEP = "enable", "ENO", "error", "elapsed"
+"""What a component has by itself: the pins of its power ports, the output that tells what went wrong (0:
+nothing; SPEC 2.4 has the codes), and the variable with the time since the body ran last."""
+_OWN = tuple(name.upper() for name in (ENABLE, POWER, ERROR, TIME_STEP))
 
 Text = Annotated[str, Meta(min_length=1)]
 Micros = Annotated[int, Meta(ge=1, le=3_600_000_000)]
@@ -176,10 +177,32 @@ def _component(source: SourceFile, folder: Path, tables: Tables, diagnostics: Di
     if isinstance(provides.power, str):
         _check_power(provides.power, outputs, tables)
     return Component(
-        source, folder, head.name, head.id, head.version, head.text, requires.power, inputs, power, outputs,
-        parameters, state, properties.size, properties.comment, function.text, function.formula,
-        function.language or "", function.sources, function.entry or head.name.lower(), function.processor,
-        function.period_us, function.wcet_us, compiler.cflags, compiler.standard, tables.spans)
+        source,
+        folder,
+        head.name,
+        head.id,
+        head.version,
+        head.text,
+        requires.power,
+        inputs,
+        power,
+        outputs,
+        parameters,
+        state,
+        properties.size,
+        properties.comment,
+        function.text,
+        function.formula,
+        function.language or "",
+        function.sources,
+        function.entry or head.name.lower(),
+        function.processor,
+        function.period_us,
+        function.wcet_us,
+        compiler.cflags,
+        compiler.standard,
+        tables.spans,
+    )
 
 
 class _Pins:
@@ -207,11 +230,23 @@ class _Pins:
         if type_ is None:
             return None
         if None not in (table.min, table.max) and table.min > table.max:
-            self.tables.wrong((*path, "max"), f"the range of `{table.name}` is empty: {table.min} to {table.max}",
-                              "min is the smaller one")
+            self.tables.wrong(
+                (*path, "max"),
+                f"the range of `{table.name}` is empty: {table.min} to {table.max}",
+                "min is the smaller one",
+            )
         place = self.tables.spans.get((*path, "value"))
-        return Pin(table.name, type_, table.unit, table.min, table.max, _literal(table.value), table.text,
-                   self.tables.spans[(*path, "name")].value, place.value if place else item)
+        return Pin(
+            table.name,
+            type_,
+            table.unit,
+            table.min,
+            table.max,
+            _literal(table.value),
+            table.text,
+            self.tables.spans[(*path, "name")].value,
+            place.value if place else item,
+        )
 
 
 def _literal(value: Number | None) -> str | None:
@@ -221,24 +256,35 @@ def _literal(value: Number | None) -> str | None:
     return {True: "TRUE", False: "FALSE"}[value] if isinstance(value, bool) else repr(value)
 
 
-def _check_required(source: SourceFile, tables: Tables, head: ComponentTable, function: FunctionTable,
-                    diagnostics: Diagnostics) -> None:
-    for section, key, value in (("component", "name", head.name), ("component", "id", head.id),
-                                ("function", "language", function.language),
-                                ("function", "sources", function.sources)):
+def _check_required(
+    source: SourceFile,
+    tables: Tables,
+    head: ComponentTable,
+    function: FunctionTable,
+    diagnostics: Diagnostics,
+) -> None:
+    for section, key, value in (
+        ("component", "name", head.name),
+        ("component", "id", head.id),
+        ("function", "language", function.language),
+        ("function", "sources", function.sources),
+    ):
         if not value and (section, key) not in tables.spans:
             entry = tables.spans.get((section,))
-            findings.missing_key(diagnostics, entry.value if entry else Span(source, 0, 0), f"[{section}]", key)
+            findings.missing_key(
+                diagnostics, entry.value if entry else Span(source, 0, 0), f"[{section}]", key
+            )
 
 
-def _check_names(head: ComponentTable, pins: tuple[Pin, ...], source: SourceFile, tables: Tables,
-                 diagnostics: Diagnostics) -> None:
+def _check_names(
+    head: ComponentTable, pins: tuple[Pin, ...], source: SourceFile, tables: Tables, diagnostics: Diagnostics
+) -> None:
     if head.name.upper() in KEYWORDS:
         tables.wrong(("component", "name"), f"`{head.name}` is a reserved word", "choose another name")
     seen: dict[str, Span] = {}
     for pin in pins:
         key = pin.name.upper()
-        if key in KEYWORDS or key in (ENABLE.upper(), POWER, ERROR.upper()) or key.startswith("_LDC"):
+        if key in KEYWORDS or key in _OWN or key.startswith("_LDC"):
             findings.reserved_pin(diagnostics, pin.span, pin.name)
         elif key in seen:
             findings.pin_twice(diagnostics, pin.span, pin.name, seen[key])
@@ -248,6 +294,10 @@ def _check_names(head: ComponentTable, pins: tuple[Pin, ...], source: SourceFile
 def _check_power(name: str, outputs: tuple[Pin, ...], tables: Tables) -> None:
     pin = next((p for p in outputs if p.name.upper() == name.upper()), None)
     if pin is None:
-        tables.wrong(("provides", "power"), f"there is no output `{name}`", "name a BOOL output, or write true")
+        tables.wrong(
+            ("provides", "power"), f"there is no output `{name}`", "name a BOOL output, or write true"
+        )
     elif not (isinstance(pin.type, ast.NamedType) and pin.type.name.upper() == "BOOL"):
-        tables.wrong(("provides", "power"), f"power is BOOL, `{name}` is not", "name a BOOL output, or write true")
+        tables.wrong(
+            ("provides", "power"), f"power is BOOL, `{name}` is not", "name a BOOL output, or write true"
+        )

@@ -37,11 +37,16 @@ def components(sources: Iterable[tuple[SourceFile, Path]], diagnostics: Diagnost
             continue
         same_name, same_id = found.get(made.name.upper()), ids.get(made.id.upper())
         if same_name is not None:
-            findings.twice(diagnostics, made.span("component", "name"), f"name `{made.name}`",
-                           same_name.span("component", "name"))
+            findings.twice(
+                diagnostics,
+                made.span("component", "name"),
+                f"name `{made.name}`",
+                same_name.span("component", "name"),
+            )
         elif same_id is not None:
-            findings.twice(diagnostics, made.span("component", "id"), f"id `{made.id}`",
-                           same_id.span("component", "id"))
+            findings.twice(
+                diagnostics, made.span("component", "id"), f"id `{made.id}`", same_id.span("component", "id")
+            )
         else:
             found[made.name.upper()], ids[made.id.upper()] = made, made
             continue
@@ -53,8 +58,9 @@ def in_folder(folder: Path, deep: bool) -> list[Path]:
     """Descriptors below a folder, sorted; those in folders whose name begins with a dot are left out."""
     pattern = f"**/*{SUFFIX}" if deep else f"*{SUFFIX}"
     hits = (path for path in folder.glob(pattern) if path.is_file())
-    return sorted(path for path in hits
-                  if not any(part.startswith(".") for part in path.relative_to(folder).parts))
+    return sorted(
+        path for path in hits if not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
 
 
 def installed(diagnostics: Diagnostics) -> Iterator[tuple[SourceFile, Path]]:
@@ -82,7 +88,9 @@ def body_sources(component: Component, diagnostics: Diagnostics) -> tuple[Source
     for name in component.sources:
         path = component.folder / name
         if not path.resolve().is_relative_to(root):
-            findings.no_source(diagnostics, at, component.name, name, "it lies outside of the component's folder")
+            findings.no_source(
+                diagnostics, at, component.name, name, "it lies outside of the component's folder"
+            )
             return None
         if not path.is_file():
             findings.no_source(diagnostics, at, component.name, name, "there is no such file")

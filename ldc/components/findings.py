@@ -7,111 +7,212 @@ from ldc.source import Span
 
 
 def missing_key(diagnostics: Diagnostics, span: Span, where: str, key: str) -> None:
-    diagnostics.error("LD1001", f"{where} has no `{key}`", span, "it is missing here",
-                      help=f"write {key} = ...; `ldc component new` shows a whole descriptor")
+    diagnostics.error(
+        "LD1001",
+        f"{where} has no `{key}`",
+        span,
+        "it is missing here",
+        help=f"write {key} = ...; `ldc component new` shows a whole descriptor",
+    )
 
 
 def pin_twice(diagnostics: Diagnostics, span: Span, name: str, first: Span) -> None:
-    diagnostics.error("LD1002", f"`{name}` is there twice", span, "a second one",
-                      secondary=(Label(first, "the first one"),), help="inputs, outputs, parameters and state "
-                      "share one set of names, in any case of the letters")
+    diagnostics.error(
+        "LD1002",
+        f"`{name}` is there twice",
+        span,
+        "a second one",
+        secondary=(Label(first, "the first one"),),
+        help="inputs, outputs, parameters and state share one set of names, in any case of the letters",
+    )
 
 
 def reserved_pin(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    diagnostics.error("LD1003", f"a pin cannot be called `{name}`", span, "a reserved name",
-                      help="enable, ENO and error are pins that a component has by itself")
+    diagnostics.error(
+        "LD1003",
+        f"a pin cannot be called `{name}`",
+        span,
+        "a reserved name",
+        help="enable, ENO, error and elapsed are names that every component has by itself",
+    )
 
 
 def no_body(diagnostics: Diagnostics, span: Span, name: str, count: int) -> None:
     what = "have none" if not count else f"have {count}"
-    diagnostics.error("LD1004", f"the sources of component {name} {what} of its bodies", span, "named here",
-                      help=f"one of them holds FUNCTION_BLOCK {name} ... END_FUNCTION_BLOCK with its VARs and its body")
+    diagnostics.error(
+        "LD1004",
+        f"the sources of component {name} {what} of its bodies",
+        span,
+        "named here",
+        help=f"one of them holds FUNCTION_BLOCK {name} ... END_FUNCTION_BLOCK with its VARs and its body",
+    )
 
 
 def pins_in_body(diagnostics: Diagnostics, span: Span, kind: str, name: str) -> None:
-    diagnostics.error("LD1005", f"the pins of component {name} are those of its descriptor", span,
-                      f"{kind} declares others", help="keep VAR and VAR_TEMP here; inputs, outputs and parameters "
-                      "stand in the .ldc.toml file")
+    diagnostics.error(
+        "LD1005",
+        f"the pins of component {name} are those of its descriptor",
+        span,
+        f"{kind} declares others",
+        help="keep VAR and VAR_TEMP here; inputs, outputs and parameters stand in the .ldc.toml file",
+    )
 
 
 def twice(diagnostics: Diagnostics, span: Span, what: str, first: Span) -> None:
-    diagnostics.error("LD1006", f"two components have the {what}", span, "the second one",
-                      secondary=(Label(first, "the first one"),), help="rename one of them")
+    diagnostics.error(
+        "LD1006",
+        f"two components have the {what}",
+        span,
+        "the second one",
+        secondary=(Label(first, "the first one"),),
+        help="rename one of them",
+    )
 
 
 def no_source(diagnostics: Diagnostics, span: Span, name: str, source: str, why: str) -> None:
-    diagnostics.error("LD1007", f"component {name} has no source `{source}`", span, why,
-                      help="sources are named relative to the folder of the descriptor and lie inside of it")
+    diagnostics.error(
+        "LD1007",
+        f"component {name} has no source `{source}`",
+        span,
+        why,
+        help="sources are named relative to the folder of the descriptor and lie inside of it",
+    )
 
 
 def no_c_type(diagnostics: Diagnostics, span: Span, pin: str, type_: str) -> None:
-    diagnostics.error("LD1008", f"pin `{pin}` has a type that C does not get: {type_}", span, "of this type",
-                      help="pins of C and C++ components are BOOL, integers, bit strings, REAL, LREAL, TIME, "
-                      "STRING and arrays of these")
+    diagnostics.error(
+        "LD1008",
+        f"pin `{pin}` has a type that C does not get: {type_}",
+        span,
+        "of this type",
+        help="pins of C and C++ components are BOOL, integers, bit strings, REAL, LREAL, TIME, "
+        "STRING and arrays of these",
+    )
 
 
 def broken_package(diagnostics: Diagnostics, name: str, value: str, why: str) -> None:
-    diagnostics.warning("LD1009", f"the components of `{name}` cannot be found", None,
-                        help=f"its entry point names the package {value}: {why}; install it again")
+    diagnostics.warning(
+        "LD1009",
+        f"the components of `{name}` cannot be found",
+        None,
+        help=f"its entry point names the package {value}: {why}; install it again",
+    )
 
 
 def no_tool(diagnostics: Diagnostics, command: str, purpose: str, package: str, variable: str) -> None:
-    diagnostics.error("LD1010", f"`{command}` is not installed: it compiles {purpose}", None,
-                      help=f"apt-get install {package}, or set {variable} to another one")
+    diagnostics.error(
+        "LD1010",
+        f"`{command}` is not installed: it compiles {purpose}",
+        None,
+        help=f"apt-get install {package}, or set {variable} to another one",
+    )
 
 
 def compiler(diagnostics: Diagnostics, span: Span, message: str, warning: bool) -> None:
     report = diagnostics.warning if warning else diagnostics.error
-    report("LD1011", f"C compiler: {message}", span, "here", help="see docs/components.md for what a component may use")
+    report(
+        "LD1011",
+        f"C compiler: {message}",
+        span,
+        "here",
+        help="see docs/components.md for what a component may use",
+    )
 
 
 def c_syntax(diagnostics: Diagnostics, span: Span, message: str) -> None:
-    diagnostics.error("LD1012", f"this C cannot be read: {message}", span, "reading stops here",
-                      help="components are C11 without extensions of one compiler")
+    diagnostics.error(
+        "LD1012",
+        f"this C cannot be read: {message}",
+        span,
+        "reading stops here",
+        help="components are C11 without extensions of one compiler",
+    )
 
 
 def static_data(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    diagnostics.error("LD1013", f"`{name}` would keep its value outside of the component's state", span,
-                      "static data", help="declare it under state in the descriptor, or make it const")
+    diagnostics.error(
+        "LD1013",
+        f"`{name}` would keep its value outside of the component's state",
+        span,
+        "static data",
+        help="declare it under state in the descriptor, or make it const",
+    )
 
 
 def raw_address(diagnostics: Diagnostics, span: Span, text: str) -> None:
-    diagnostics.error("LD1014", f"the number {text} is used as an address", span, "a raw address",
-                      help="name the memory by its symbol: PLC_M(flag), PLC_D(position), LCD(speed)")
+    diagnostics.error(
+        "LD1014",
+        f"the number {text} is used as an address",
+        span,
+        "a raw address",
+        help="name the memory by its symbol: PLC_M(flag), PLC_D(position), LCD(speed)",
+    )
 
 
-def unknown_symbol(diagnostics: Diagnostics, span: Span, macro: str, name: str, close: list[str],
-                   processor: str) -> None:
-    help = f"did you mean {' or '.join(f'`{c}`' for c in close)}?" if close else (
-        f"{macro} reaches the global variables of the project that {processor} has")
-    diagnostics.error("LD1015", f"{processor} has no `{name}` for {macro}", span, "not in its address map", help=help)
+def unknown_symbol(
+    diagnostics: Diagnostics, span: Span, macro: str, name: str, close: list[str], processor: str
+) -> None:
+    help = (
+        f"did you mean {' or '.join(f'`{c}`' for c in close)}?"
+        if close
+        else (f"{macro} reaches the global variables of the project that {processor} has")
+    )
+    diagnostics.error(
+        "LD1015", f"{processor} has no `{name}` for {macro}", span, "not in its address map", help=help
+    )
 
 
 def wrong_macro(diagnostics: Diagnostics, span: Span, macro: str) -> None:
-    _misused(diagnostics, span, f"{macro} takes the name of one symbol", "used differently here",
-             f"write {macro}(name)")
+    _misused(
+        diagnostics,
+        span,
+        f"{macro} takes the name of one symbol",
+        "used differently here",
+        f"write {macro}(name)",
+    )
 
 
 def address_of(diagnostics: Diagnostics, span: Span, name: str) -> None:
-    _misused(diagnostics, span, f"the address of `{name}` cannot be taken", "a bit has none",
-             "copy it into a variable")
+    _misused(
+        diagnostics,
+        span,
+        f"the address of `{name}` cannot be taken",
+        "a bit has none",
+        "copy it into a variable",
+    )
 
 
 def _misused(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
     diagnostics.error("LD1016", message, span, label, help=help)
 
 
-def no_write(diagnostics: Diagnostics, span: Span, name: str, area: str, processor: str, writers: str) -> None:
-    diagnostics.error("LD1017", f"{processor} may not write `{name}`", span, f"area {area} is written by {writers}",
-                      help="every word of memory has one writer: give the value back as an output of the component")
+def no_write(
+    diagnostics: Diagnostics, span: Span, name: str, area: str, processor: str, writers: str
+) -> None:
+    diagnostics.error(
+        "LD1017",
+        f"{processor} may not write `{name}`",
+        span,
+        f"area {area} is written by {writers}",
+        help="every word of memory has one writer: give the value back as an output of the component",
+    )
 
 
 def no_entry(diagnostics: Diagnostics, span: Span, entry: str, component: str) -> None:
-    diagnostics.error("LD1018", f"component {component} has no function `{entry}`", span, "named here",
-                      help=f"define void {entry}(const {entry}_in *in, {entry}_out *out, {entry}_state *state, "
-                      "uint32_t dt_us)")
+    diagnostics.error(
+        "LD1018",
+        f"component {component} has no function `{entry}`",
+        span,
+        "named here",
+        help=f"define void {entry}(const {entry}_in *in, {entry}_out *out, {entry}_state *state, "
+        "uint32_t dt_us)",
+    )
 
 
 def cannot_write(diagnostics: Diagnostics, path: str, why: str) -> None:
-    diagnostics.error("LD1019", f"cannot write into `{path}`: {why}", None,
-                      help="compiled components are kept there; XDG_CACHE_HOME names another folder")
+    diagnostics.error(
+        "LD1019",
+        f"cannot write into `{path}`: {why}",
+        None,
+        help="compiled components are kept there; XDG_CACHE_HOME names another folder",
+    )

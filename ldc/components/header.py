@@ -35,16 +35,30 @@ def text(component: Component, unit: Unit, memory: AddressMap) -> str:
     """The whole header. Raises ValueError when a member has no C type (``check_types`` tells)."""
     guard = f"LDC_{component.entry.upper()}_H"
     entry = component.entry
-    lines = [f"/* {component.name} ({component.id} {component.version}). Made by ldc from its descriptor. */",
-             f"#ifndef {guard}", f"#define {guard}", "#include <stdbool.h>", "#include <stdint.h>", ""]
-    pins = {p.name.upper(): p for group in (component.inputs, component.parameters, component.outputs,
-                                            component.state) for p in group}
+    lines = [
+        f"/* {component.name} ({component.id} {component.version}). Made by ldc from its descriptor. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "#include <stdbool.h>",
+        "#include <stdint.h>",
+        "",
+    ]
+    pins = {
+        p.name.upper(): p
+        for group in (component.inputs, component.parameters, component.outputs, component.state)
+        for p in group
+    }
     for part, variables in c_types.members(unit).items():
         lines += _struct(f"{entry}_{part}", variables, pins)
     lines += _memory(memory)
-    lines += ["#ifdef __cplusplus", 'extern "C"', "#endif",
-              f"void {entry}(const {entry}_in *in, {entry}_out *out, {entry}_state *state, uint32_t dt_us);",
-              "", f"#endif /* {guard} */"]
+    lines += [
+        "#ifdef __cplusplus",
+        'extern "C"',
+        "#endif",
+        f"void {entry}(const {entry}_in *in, {entry}_out *out, {entry}_state *state, uint32_t dt_us);",
+        "",
+        f"#endif /* {guard} */",
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -25,11 +25,28 @@ from ldc.source import SourceFile
 from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Enum, Subrange
 
-FLAGS = ("-O2", "-g", "-fPIC", "-shared", "-fno-gnu-unique", "-ffp-contract=off", "-fwrapv", "-fno-strict-aliasing",
-         "-fvisibility=hidden", "-Wall", "-Werror=implicit-function-declaration", "-Werror=int-conversion",
-         "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
-_CXX_SKIPS = ("-Werror=implicit-function-declaration", "-Werror=int-conversion",
-              "-Werror=incompatible-pointer-types", "-Werror=discarded-qualifiers")
+FLAGS = (
+    "-O2",
+    "-g",
+    "-fPIC",
+    "-shared",
+    "-fno-gnu-unique",
+    "-ffp-contract=off",
+    "-fwrapv",
+    "-fno-strict-aliasing",
+    "-fvisibility=hidden",
+    "-Wall",
+    "-Werror=implicit-function-declaration",
+    "-Werror=int-conversion",
+    "-Werror=incompatible-pointer-types",
+    "-Werror=discarded-qualifiers",
+)
+_CXX_SKIPS = (
+    "-Werror=implicit-function-declaration",
+    "-Werror=int-conversion",
+    "-Werror=incompatible-pointer-types",
+    "-Werror=discarded-qualifiers",
+)
 
 
 def digest(component: Component, diagnostics: Diagnostics) -> str:
@@ -51,7 +68,11 @@ def memory_of(globals_: Iterable[Variable], processor: str = "master") -> Addres
         size, align = measure(v.type, {})
         at = -(-end // align) * align
         end = at + size
-        writers = frozenset() if v.constant or v.location is not None and v.location.area == "I" else frozenset(("master",))
+        writers = (
+            frozenset()
+            if v.constant or v.location is not None and v.location.area == "I"
+            else frozenset(("master",))
+        )
         macro = macro_of(element)
         symbols.append(Symbol(v.name, macro, v.type, macro[-1], at, None, writers, frozenset(("master",))))
     return of_symbols(processor, symbols)
@@ -63,7 +84,9 @@ def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics
         return _rewrite(native, memory_of(globals_), Path(folder), diagnostics) is not None
 
 
-def build(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics, sanitize: bool = False) -> Binding | None:
+def build(
+    native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics, sanitize: bool = False
+) -> Binding | None:
     """The library of a component, from the cache or made now; None with findings."""
     memory = memory_of(globals_)
     component = native.component
@@ -77,21 +100,30 @@ def build(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics
         if compiler is None:
             return None
         flags = [f for f in FLAGS if component.language == "c" or f not in _CXX_SKIPS]
-        flags += [*(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ()), *component.cflags,
-                  f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}"]
+        flags += [
+            *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ()),
+            *component.cflags,
+            f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}",
+        ]
         key = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
         library = cache_folder() / "components" / f"{component.entry}-{key}.so"
-        if not library.is_file() and not _compile(native, texts, compiler, flags, library, Path(folder), diagnostics):
+        if not library.is_file() and not _compile(
+            native, texts, compiler, flags, library, Path(folder), diagnostics
+        ):
             return None
     names = {**{key: None for key in (*reads, *writes)}}
-    shared = tuple(Shared(s.name, s.type, s.address, key in reads or key in writes, key in writes)
-                   for key in names for s in [memory.symbols[key]])
+    shared = tuple(
+        Shared(s.name, s.type, s.address, key in reads or key in writes, key in writes)
+        for key in names
+        for s in [memory.symbols[key]]
+    )
     size = max((s.offset + measure(s.type, {})[0] for s in shared), default=0)
     return Binding(native.unit.name, library, component.entry, size, shared)
 
 
-def _rewrite(native: Native, memory: AddressMap, folder: Path, diagnostics: Diagnostics
-             ) -> tuple[list[str], set[tuple[str, str]], set[tuple[str, str]]] | None:
+def _rewrite(
+    native: Native, memory: AddressMap, folder: Path, diagnostics: Diagnostics
+) -> tuple[list[str], set[tuple[str, str]], set[tuple[str, str]]] | None:
     component = native.component
     sources = body_sources(component, diagnostics)
     if sources is None or not header.check_types(native.unit, diagnostics):
@@ -118,8 +150,15 @@ def _rewrite(native: Native, memory: AddressMap, folder: Path, diagnostics: Diag
     return texts, reads, writes
 
 
-def _compile(native: Native, texts: list[str], compiler: str, flags: list[str], library: Path, folder: Path,
-             diagnostics: Diagnostics) -> bool:
+def _compile(
+    native: Native,
+    texts: list[str],
+    compiler: str,
+    flags: list[str],
+    library: Path,
+    folder: Path,
+    diagnostics: Diagnostics,
+) -> bool:
     component = native.component
     suffix = ".cpp" if component.language == "c++" else ".c"
     files = []
@@ -136,7 +175,8 @@ def _compile(native: Native, texts: list[str], compiler: str, flags: list[str], 
         findings.cannot_write(diagnostics, str(library.parent), error.strerror or str(error))
         return False
     os.close(handle)
-    status, _, said = toolchain.run([compiler, *flags, "-o", temporary, *files, str(glue), "-lm"])
+    own = ["-isystem", str(c_source.INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
+    status, _, said = toolchain.run([compiler, *flags, *own, "-o", temporary, *files, str(glue), "-lm"])
     toolchain.report(said, _named(component, diagnostics), component.span("function", "sources"), diagnostics)
     if status:
         os.unlink(temporary)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ldc.components import findings
-from ldc.components.descriptor import ENABLE, ERROR, POWER, Component, Pin
+from ldc.components.descriptor import ENABLE, ERROR, POWER, TIME_STEP, Component, Pin
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, parse_expression, parse_file
 from ldc.source import SourceFile, Span
@@ -13,13 +13,21 @@ def pou(component: Component, sources: tuple[SourceFile, ...], diagnostics: Diag
     """The FUNCTION_BLOCK of a component: ``enable``, inputs and parameters in, outputs, ``ENO`` and
     ``error`` out, the state as its variables. ``sources`` are the files of its body. None with findings
     when the body of an IL or ST component cannot be read."""
+    name_span = component.span("component", "name")
     sections = [
-        _section("VAR_INPUT", (*_enable(component), *_declared(component.inputs, diagnostics),
-                               *_declared(component.parameters, diagnostics)), component),
+        _section(
+            "VAR_INPUT",
+            (
+                *_enable(component),
+                *_declared(component.inputs, diagnostics),
+                *_declared(component.parameters, diagnostics),
+            ),
+            component,
+        ),
         _section("VAR_OUTPUT", _outputs(component, diagnostics), component),
         _section("VAR", _declared(component.state, diagnostics), component),
+        _section("VAR_TEMP", (_variable(TIME_STEP, "TIME", name_span),), component),
     ]
-    name_span = component.span("component", "name")
     if component.native:
         body = ast.NativeBody(component.language, component.span("function", "sources"))
     else:
@@ -28,8 +36,16 @@ def pou(component: Component, sources: tuple[SourceFile, ...], diagnostics: Diag
             return None
         sections += found.var_blocks
         body = found.body
-    return ast.Pou("FUNCTION_BLOCK", component.name, component.text or component.function or None, None,
-                   tuple(s for s in sections if s.variables), body, name_span, name_span)
+    return ast.Pou(
+        "FUNCTION_BLOCK",
+        component.name,
+        component.text or component.function or None,
+        None,
+        tuple(s for s in sections if s.variables),
+        body,
+        name_span,
+        name_span,
+    )
 
 
 def _section(kind: str, variables: tuple[ast.VarDecl, ...], component: Component) -> ast.VarBlock:
@@ -60,7 +76,9 @@ def _variable(name: str, type_: str, at: Span) -> ast.VarDecl:
 
 
 def _declared(pins: tuple[Pin, ...], diagnostics: Diagnostics) -> tuple[ast.VarDecl, ...]:
-    return tuple(ast.VarDecl(p.name, None, p.type, _initial(p, diagnostics), p.span, p.span, _note(p)) for p in pins)
+    return tuple(
+        ast.VarDecl(p.name, None, p.type, _initial(p, diagnostics), p.span, p.span, _note(p)) for p in pins
+    )
 
 
 def _initial(pin: Pin, diagnostics: Diagnostics) -> ast.Expr | None:
@@ -75,15 +93,26 @@ def _initial(pin: Pin, diagnostics: Diagnostics) -> ast.Expr | None:
 
 
 def _note(pin: Pin) -> str | None:
-    bounds = "" if pin.low is None and pin.high is None else (
-        f"{'' if pin.low is None else pin.low} .. {'' if pin.high is None else pin.high}")
-    return ", ".join(part for part in (pin.text, " ".join(p for p in (bounds, pin.unit) if p)) if part) or None
+    bounds = (
+        ""
+        if pin.low is None and pin.high is None
+        else (f"{'' if pin.low is None else pin.low} .. {'' if pin.high is None else pin.high}")
+    )
+    return (
+        ", ".join(part for part in (pin.text, " ".join(p for p in (bounds, pin.unit) if p)) if part) or None
+    )
 
 
-def _text_body(component: Component, sources: tuple[SourceFile, ...], diagnostics: Diagnostics) -> ast.Pou | None:
+def _text_body(
+    component: Component, sources: tuple[SourceFile, ...], diagnostics: Diagnostics
+) -> ast.Pou | None:
     """The one FUNCTION_BLOCK of the component's name in its sources; it declares VARs only."""
-    found = [p for source in sources for p in parse_file(source, diagnostics).pous
-             if p.name.upper() == component.name.upper() and p.kind == "FUNCTION_BLOCK"]
+    found = [
+        p
+        for source in sources
+        for p in parse_file(source, diagnostics).pous
+        if p.name.upper() == component.name.upper() and p.kind == "FUNCTION_BLOCK"
+    ]
     if len(found) != 1:
         findings.no_body(diagnostics, component.span("function", "sources"), component.name, len(found))
         return None

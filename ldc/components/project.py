@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from ldc.components import find, interface
@@ -28,15 +28,17 @@ def own_sources(known: find.Known) -> frozenset[str]:
     return frozenset((c.folder / name).as_posix() for c in known.components.values() for name in c.sources)
 
 
-def used(files: tuple[ast.File, ...], known: find.Known, diagnostics: Diagnostics
-         ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
-    """Components that declarations name, by name in capitals, and a file with the function block of each.
+def used(
+    files: tuple[ast.File, ...], known: find.Known, diagnostics: Diagnostics, wanted: Iterable[str] = ()
+) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
+    """Components that declarations name or that are wanted, by name in capitals, and a file with the
+    function block of each.
     Those of the project come first; installed packages are asked for what is still unknown."""
     declared = {name.upper() for file in files for name in _declared(file)}
     asked = False
     chosen: dict[str, Component] = {}
     made: list[ast.File] = [_nothing(source) for source in known.broken]
-    todo = [name for file in files for name in _named(file)]
+    todo = [*wanted, *(name for file in files for name in _named(file))]
     while todo:
         name = todo.pop()
         if name in chosen:

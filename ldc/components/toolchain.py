@@ -28,10 +28,12 @@ class Tool:
 
 GCC = Tool("gcc", "LDC_CC", "gcc", "C for this computer")
 GXX = Tool("g++", "LDC_CXX", "g++", "C++ for this computer")
-ARM_GCC = Tool("arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi",
-               "C for Cortex-M")
-ARM_GXX = Tool("arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib",
-               "C++ for Cortex-M")
+ARM_GCC = Tool(
+    "arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi", "C for Cortex-M"
+)
+ARM_GXX = Tool(
+    "arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib", "C++ for Cortex-M"
+)
 QEMU_ARM = Tool("qemu-system-arm", "LDC_QEMU_ARM", "qemu-system-arm", "emulated Cortex-M boards")
 
 
@@ -63,14 +65,18 @@ def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[
     except subprocess.TimeoutExpired:
         return -1, "", [Said("", 0, 0, "error", f"{command[0]} was stopped after {timeout:g} s")]
     text = done.stderr.decode("utf-8", "replace")
-    said = [Said(m[1], int(m[2]), int(m[3] or 1), "warning" if m[4] == "warning" else "error", m[5])
-            for m in _MESSAGE.finditer(text)]
+    said = [
+        Said(m[1], int(m[2]), int(m[3] or 1), "warning" if m[4] == "warning" else "error", m[5])
+        for m in _MESSAGE.finditer(text)
+    ]
     if done.returncode and not any(s.level == "error" for s in said):
         said.append(Said("", 0, 0, "error", text.strip().splitlines()[-1] if text.strip() else "no message"))
     return done.returncode, done.stdout.decode("utf-8", "replace"), said
 
 
-def report(said: Sequence[Said], sources: Mapping[str, SourceFile], where: Span, diagnostics: Diagnostics) -> None:
+def report(
+    said: Sequence[Said], sources: Mapping[str, SourceFile], where: Span, diagnostics: Diagnostics
+) -> None:
     """Compiler messages as findings at the author's lines; those of other files at ``where``."""
     for message in said:
         source = sources.get(message.file)

@@ -7,21 +7,37 @@ from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Enum, String, Subrange, Type, storage
 
 _SCALARS = {
-    "BOOL": "bool", "SINT": "int8_t", "INT": "int16_t", "DINT": "int32_t", "LINT": "int64_t",
-    "USINT": "uint8_t", "UINT": "uint16_t", "UDINT": "uint32_t", "ULINT": "uint64_t",
-    "BYTE": "uint8_t", "WORD": "uint16_t", "DWORD": "uint32_t", "LWORD": "uint64_t",
-    "REAL": "float", "LREAL": "double", "TIME": "int64_t", "LTIME": "int64_t",
+    "BOOL": "bool",
+    "SINT": "int8_t",
+    "INT": "int16_t",
+    "DINT": "int32_t",
+    "LINT": "int64_t",
+    "USINT": "uint8_t",
+    "UINT": "uint16_t",
+    "UDINT": "uint32_t",
+    "ULINT": "uint64_t",
+    "BYTE": "uint8_t",
+    "WORD": "uint16_t",
+    "DWORD": "uint32_t",
+    "LWORD": "uint64_t",
+    "REAL": "float",
+    "LREAL": "double",
+    "TIME": "int64_t",
+    "LTIME": "int64_t",
 }
 
 # What C and C++ reserve and IEC 61131-3 does not.
-_RESERVED = frozenset("""
+_RESERVED = frozenset(
+    """
     alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
     const_cast continue decltype default delete do double dynamic_cast else enum explicit export extern false
-    float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
-    private protected public register reinterpret_cast restrict return short signed sizeof static static_assert
+    float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or
+    or_eq private protected public register reinterpret_cast restrict return short signed sizeof static
+    static_assert
     static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned
     using virtual void volatile wchar_t while xor xor_eq
-""".split())
+""".split()
+)
 
 
 def scalar(type_: Type) -> str | None:

@@ -26,8 +26,9 @@ class MissingNative(Exception):
         super().__init__(f"the native code of component {unit.external.component} was not built")
 
 
-def call(unit: Unit, binding: Binding, namespace: dict[str, object], homes: Mapping[str, Home]
-         ) -> Callable[[object, int], None]:
+def call(
+    unit: Unit, binding: Binding, namespace: dict[str, object], homes: Mapping[str, Home]
+) -> Callable[[object, int], None]:
     """A function that runs the native code on an instance; its second argument is the time since the last
     call in nanoseconds. ``homes``: where the globals are, by name in capitals. Raises OSError when the
     library cannot be loaded."""
@@ -39,8 +40,6 @@ def call(unit: Unit, binding: Binding, namespace: dict[str, object], homes: Mapp
     state = [(_to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["state"]]
     given, taken, kept = ffi.new("ldc_in *"), ffi.new("ldc_out *"), ffi.new("ldc_state *")
     memory = ffi.new("unsigned char[]", max(binding.size, 1))
-    if binding.size:
-        library.ldc_memory = memory
     reads = [_window(ffi, memory, s, namespace, homes) for s in binding.shared if s.read]
     writes = [_window(ffi, memory, s, namespace, homes, back=True) for s in binding.shared if s.written]
     entry = library.ldc_entry
@@ -54,6 +53,7 @@ def call(unit: Unit, binding: Binding, namespace: dict[str, object], homes: Mapp
             copy(kept, instance)
         for copy in reads:
             copy()
+        library.ldc_memory = memory  # another machine may run the same library
         entry(given, taken, kept, min(max(dt // 1000, 0), 0xFFFFFFFF))
         for copy in writes:
             copy()
@@ -70,7 +70,9 @@ def call(unit: Unit, binding: Binding, namespace: dict[str, object], homes: Mapp
 def _declared(unit: Unit) -> cffi.FFI:
     ffi = cffi.FFI()
     text = [c_types.structure(f"ldc_{part}", variables) for part, variables in c_types.members(unit).items()]
-    text.append("extern unsigned char *ldc_memory; void ldc_entry(const ldc_in *, ldc_out *, ldc_state *, uint32_t);")
+    text.append(
+        "extern unsigned char *ldc_memory; void ldc_entry(const ldc_in *, ldc_out *, ldc_state *, uint32_t);"
+    )
     ffi.cdef("\n".join(text))
     return ffi
 
@@ -105,9 +107,10 @@ def _setter(type_: Type) -> Callable[[object, str, object], None]:
 def _filler(type_: String | Array) -> Callable[[object, object], None]:
     """Copies into a C array or string that exists already."""
     if isinstance(type_, String):
+
         def text(target: object, value: bytes) -> None:
             target.length = len(value)
-            target.text[0:len(value)] = [bytes((b,)) for b in value]
+            target.text[0 : len(value)] = [bytes((b,)) for b in value]
 
         return text
     if isinstance(type_.element, String | Array):
@@ -120,7 +123,7 @@ def _filler(type_: String | Array) -> Callable[[object, object], None]:
         return nested
 
     def plain(target: object, values: list) -> None:
-        target[0:len(values)] = values
+        target[0 : len(values)] = values
 
     return plain
 
@@ -128,15 +131,21 @@ def _filler(type_: String | Array) -> Callable[[object, object], None]:
 def _getter(type_: Type) -> Callable[[object], object]:
     match type_:
         case String(length=length):
-            return lambda source: bytes(b for c in source.text[0:min(source.length, length)] for b in c)
+            return lambda source: bytes(b for c in source.text[0 : min(source.length, length)] for b in c)
         case Array(element=element):
             value = _getter(element)
             return lambda source: [value(item) for item in source]
     return bool if storage(type_) == BOOL else lambda source: source
 
 
-def _window(ffi: cffi.FFI, memory: object, shared: Shared, namespace: dict[str, object],
-            homes: Mapping[str, Home], back: bool = False) -> Callable[[], None]:
+def _window(
+    ffi: cffi.FFI,
+    memory: object,
+    shared: Shared,
+    namespace: dict[str, object],
+    homes: Mapping[str, Home],
+    back: bool = False,
+) -> Callable[[], None]:
     home = homes[shared.name.upper()]
     element = shared.type.element if isinstance(shared.type, Array) else shared.type
     plain = "unsigned char" if storage(element) == BOOL else c_types.scalar(element)

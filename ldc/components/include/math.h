@@ -10,6 +10,9 @@
 #define isfinite(x) ((x) - (x) == 0)
 #define isinf(x) (!isnan(x) && !isfinite(x))
 #define signbit(x) __builtin_signbit(x)
+#ifdef __cplusplus
+extern "C" {
+#endif
 double acos(double x);
 float acosf(float x);
 double asin(double x);
@@ -80,4 +83,7 @@ double ldexp(double x, int exponent);
 float ldexpf(float x, int exponent);
 double modf(double x, double *whole);
 float modff(float x, float *whole);
+#ifdef __cplusplus
+}
+#endif
 #endif

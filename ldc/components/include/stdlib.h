@@ -2,7 +2,13 @@
 #ifndef LDC_STDLIB_H
 #define LDC_STDLIB_H
 #include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
 int abs(int value);
 long labs(long value);
 long long llabs(long long value);
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -4,6 +4,6 @@ void ramp(const ramp_in *in, ramp_out *out, ramp_state *state, uint32_t dt_us)
 {
     (void)state;
     (void)dt_us;
-    if (in->target > 0
+    switch (dt_us) { case 1 ... 5: break; }
     out->value = in->target;
 }
