@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from ldc import types
 from ldc.components import find
 from ldc.components import project as components
+from ldc.components.descriptor import Component
 from ldc.diagnostics import Diagnostics
 from ldc.graph.build import build as graph_build
 from ldc.graph import rules
@@ -26,7 +27,7 @@ from ldc.graph.rung import RungGraph
 from ldc.graph.tree import SPTree
 from ldc.il import image as il_image
 from ldc.il import program as il
-from ldc.il import shapes, standard, text
+from ldc.il import standard, text
 from ldc.il.layout import Layout
 from ldc.il.lower import lower
 from ldc.il.lower_charts import ChartCode
@@ -51,12 +52,13 @@ _RECURSION = 200_000
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How to compile. ``keep``: hold graph and tree of every rung (for the dumps; they are most of the
+    """How to compile. ``every_component``: also those that no program uses. ``keep``: hold graph and tree of every rung (for the dumps; they are most of the
     memory). ``progress(done, total)`` is called after every rung. ``previous``: layout to keep."""
 
     max_paren_depth: int | None = None
     verify: bool = True
     keep: bool = True
+    every_component: bool = False
     previous: Layout | None = None
     progress: Callable[[int, int], None] | None = None
 
@@ -86,7 +88,8 @@ class _Body:
 @dataclass(frozen=True, slots=True)
 class Compiled:
     """``program`` and ``image`` are None when there were errors. ``units``: rungs by POU name;
-    ``timings``: seconds by stage; ``natives``: components in C and C++, which engines build and call."""
+    ``timings``: seconds by stage; ``components``: those of the program by name in capitals; ``natives``:
+    the ones in C and C++, which engines build and call."""
 
     sources: Sources
     diagnostics: Diagnostics
@@ -97,6 +100,7 @@ class Compiled:
     image: il_image.Image | None = None
     timings: dict[str, float] = field(default_factory=dict)
     natives: tuple[components.Native, ...] = ()
+    components: dict[str, Component] = field(default_factory=dict)
 
 
 def compile_paths(paths: Iterable[str], options: Options = Options()) -> Compiled:
@@ -116,14 +120,13 @@ def compile_project(sources: Sources, options: Options = Options(),
 @contextmanager
 def _deep_and_busy() -> Iterator[None]:
     """Deep recursion allowed; the collector is kept from walking the growing, acyclic results."""
-    limit, collects = sys.getrecursionlimit(), gc.isenabled()
+    limit, threshold = sys.getrecursionlimit(), gc.get_threshold()
     sys.setrecursionlimit(max(limit, _RECURSION))
-    gc.disable()
+    gc.set_threshold(200_000, 50, 1000)
     try:
         yield
     finally:
-        if collects:
-            gc.enable()
+        gc.set_threshold(*threshold)
         sys.setrecursionlimit(limit)
 
 
@@ -135,7 +138,6 @@ class _Compile:
         self.timings: dict[str, float] = {}
         self.natives: list[components.Native] = []
         self.done = self.total = 0
-        self.shapes: dict[tuple, shapes.Known] = {}
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -150,7 +152,8 @@ class _Compile:
             known = find.components(self.sources.descriptors, self.diagnostics)
             bodies = components.own_sources(known)
             files = tuple(parse_file(f, self.diagnostics) for f in self.sources.files if f.path not in bodies)
-            self.components, more = components.used(files, known, self.diagnostics)
+            wanted = known.components if self.options.every_component else ()
+            self.components, more = components.used(files, known, self.diagnostics, wanted)
             project = ast.Project((*files, *more))
         with self.timed("resolve"):
             self.model = resolve(project, self.diagnostics, self.sources.settings)
@@ -167,7 +170,7 @@ class _Compile:
                 unit, builds[pou.name] = self.wrapped(pou, *built)
                 units.append(unit)
         result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings,
-                          natives=tuple(self.natives))
+                          natives=tuple(self.natives), components=self.components)
         if self.diagnostics.has_errors:
             return result
         with self.timed("image"):
@@ -266,51 +269,46 @@ class _Compile:
             if graph is None:
                 return None
             coils += [(key, e) for e in graph.elements if isinstance(e, Coil)]
-        with self.timed("shape"):
-            shape = shapes.shape_of(graph, locations)
-            known = self.shapes.get(shape.key) if shape is not None else None
-            made = known.another(graph, shape, label) if known is not None else None
-        if made is None:
-            made = self.made(rung, graph, shape, label, locations)
-        if made is None:
-            return None
-        code = made.lowered.code
-        if self.options.keep:
-            build = RungBuild(rung, code, made.verdict, graph, made.turns, made.tree)
+            shape = shape_of(graph, locations)
+        known = self.shapes.get(shape.key) if shape is not None else None
+        lowered = None
+        if known is not None:
+            with self.timed("lower"):
+                hidden = memories(graph, known.turns)
+                shape.remember(hidden)
+                lowered = known.lower(graph, shape, hidden, label)
+        if lowered is None:
+            found = len(self.diagnostics)
+            with self.timed("graph"):
+                if not rules.check(graph, self.diagnostics):
+                    return None
+            with self.timed("reduce"):
+                turns = schedule(graph)
+                hidden = memories(graph, turns)
+                tree = reduce(graph, turns)
+                rules.note_bridge(graph, tree, self.diagnostics)
+            with self.timed("lower"):
+                lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
+            verdict = None
+            if self.options.verify:
+                with self.timed("verify"):
+                    verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
+                                     self.nullary)
+                if verdict.kind == "wrong":
+                    self.wrong(rung, verdict)
+            if shape is not None and known is None and len(self.diagnostics) == found:
+                shape.remember(hidden)
+                self.remember(shape, known_of(graph, shape, turns, tree, lowered, verdict))
         else:
-            build = RungBuild(rung, code, made.verdict)
-        return build, made.lowered.temps, made.lowered.hidden
-
-    def made(self, rung: ast.Rung, graph: RungGraph, shape: shapes.Shape | None, label: str | None,
-             locations: dict[str, Location]) -> shapes.Made | None:
-        """Checks, reduces, lowers and proves a rung; what was told about it keeps it from being an example
-        for others of its shape."""
-        found = len(self.diagnostics)
-        with self.timed("graph"):
-            if not rules.check(graph, self.diagnostics):
-                return None
-        with self.timed("reduce"):
-            turns = schedule(graph)
-            hidden = memories(graph, turns)
-            tree = reduce(graph, turns)
-            rules.note_bridge(graph, tree, self.diagnostics)
-        with self.timed("lower"):
-            lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
-        verdict = None
-        if self.options.verify:
-            with self.timed("verify"):
-                verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
-                                 self.nullary)
-            if verdict.kind == "wrong":
-                self.wrong(rung, verdict)
-            lowered = replace(lowered, code=replace(lowered.code, proof=verdict.kind))
-        made = shapes.Made(turns, tree, lowered, verdict)
-        if shape is not None and len(self.diagnostics) == found:
-            with self.timed("shape"):
-                known = shapes.known(graph, shape, hidden, made)
-                if known is not None:
-                    self.shapes[shape.key] = known
-        return made
+            turns, tree, verdict = known.turns, known.tree, known.verdict
+        code = lowered.code
+        if verdict is not None:
+            code = replace(code, proof=verdict.kind)
+        if self.options.keep:
+            build = RungBuild(rung, code, verdict, graph, turns, tree)
+        else:
+            build = RungBuild(rung, code, verdict)
+        return build, lowered.temps, lowered.hidden
 
     def wrong(self, rung: ast.Rung, verdict: Verdict) -> None:
         values = ", ".join(f"{name} = {'TRUE' if on else 'FALSE'}" for name, on in verdict.example)
