@@ -11,7 +11,10 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, reader
 from ldc.parser.lexer import KEYWORDS
 from ldc.source import SourceFile, Span
+from ldc.types import ELEMENTARY
 
+_RESERVED = frozenset((*KEYWORDS, *ELEMENTARY, "STRING", "WSTRING"))
+_LONGEST = 100
 _NOT_IN_NAMES = re.compile(r"\W+|__+", re.ASCII)
 
 
@@ -61,6 +64,7 @@ class Names:
         self.reading = reading
         self._made: dict[str, str] = {}
         self._taken: set[str] = set()
+        self._last: dict[str, int] = {}
 
     def name(self, foreign: str, span: Span, key: str | None = None) -> str:
         """The identifier for a name; the same one for the same ``key`` (the name itself in capitals)."""
@@ -74,15 +78,16 @@ class Names:
 
     def fresh(self, wanted: str) -> str:
         """An identifier like ``wanted`` that nothing else has."""
-        base = _NOT_IN_NAMES.sub("_", wanted).strip("_") or "unnamed"
+        base = _NOT_IN_NAMES.sub("_", wanted[:_LONGEST]).strip("_") or "unnamed"
         if base[0].isdigit():
             base = f"n{base}"
-        if base.upper() in KEYWORDS or base.upper().startswith("_LDC"):
+        if base.upper() in _RESERVED or base.upper().startswith("_LDC"):
             base = f"{base}_"
-        made, number = base, 1
-        while made.upper() in self._taken or made.upper() in KEYWORDS:
+        made, number = base, self._last.get(base.upper(), 1)
+        while made.upper() in self._taken or made.upper() in _RESERVED:
             number += 1
             made = f"{base}_{number}"
+        self._last[base.upper()] = number
         self._taken.add(made.upper())
         return made
 

@@ -253,7 +253,7 @@ class _Writer:
                     break
             elif not isinstance(last, ast.Contact):
                 break
-            elif not isinstance(last.expr, ast.Literal):
+            elif not isinstance(last.expr, ast.Literal) and not self.reading.lost:
                 self.reading.left_out(last.span, last.span.text.split("\n")[0][:60], "its power leads nowhere")
             kept.pop()
         return kept
@@ -261,13 +261,13 @@ class _Writer:
     def _series(self, group: Group) -> list[ast.Item]:
         items: list[ast.Item] = []
         for part in group.parts:
-            if isinstance(part, Leaf):
-                items += self._leaf(part)
-            elif part.kind == PARALLEL:
-                items += self._parallel(part, part is group.parts[-1])
-            else:
-                items += self._series(part)
+            items += self._part(part, part is group.parts[-1])
         return items
+
+    def _part(self, part: Leaf | Group, last: bool) -> list[ast.Item]:
+        if isinstance(part, Leaf):
+            return self._leaf(part)
+        return self._parallel(part, last) if part.kind == PARALLEL else self._series(part)
 
     def _parallel(self, group: Group, last: bool) -> list[ast.Item]:
         """Branches. One that only computes adds no power beside others; behind a branch that ends the rung,
@@ -275,7 +275,7 @@ class _Writer:
         ends = any(_words(part) & _END_OF_RUNG for part in group.parts)
         paths = []
         for part in group.parts:
-            items = self._leaf(part) if isinstance(part, Leaf) else self._series(part)
+            items = self._part(part, True)
             if not ends and _words(part) <= _STAY_SAME and len(group.parts) > 1:
                 items += fragments.items("[FALSE]", part.span)
             paths.append(fragments.path(items or fragments.items("[TRUE]", part.span), part.span))

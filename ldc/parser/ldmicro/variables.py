@@ -86,8 +86,9 @@ class Variables:
         return known
 
     def _type(self, foreign: str, span: Span) -> str:
-        if foreign in self.found:
-            return self.found[foreign].type
+        known = self.found.get(foreign)
+        if known is not None and known.type != BIT:
+            return known.type
         size, where = self.text.sizes.get(foreign, (2, span))
         if size > 4:
             self.reading.unsupported(where, f"`{foreign}` of {size} bytes", "variables have 1 to 4 bytes here")
@@ -112,7 +113,8 @@ class Variables:
             known = Variable(name, type_, span, note=f"pin {pin}" if pin > 0 else None)
             self.found[foreign] = known
         elif known.type != type_:
-            self.reading.malformed(span, f"`{foreign}` is a bit in one place and a number in another")
+            self.reading.malformed(span, f"`{foreign[:40]}` is a bit in one place and a number in another")
+            return Variable(known.name, type_, span)
         return known
 
 
