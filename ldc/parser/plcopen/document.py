@@ -192,7 +192,7 @@ class Document:
         try:
             parser.Parse(self._data, True)
         except _Refused as problem:
-            at = self._offset()
+            at = self._offset(parser.CurrentByteIndex)
             problem.report(diagnostics, Span(self.source, at, at + 1))
             self.root = None
         except expat.ExpatError as error:
@@ -203,9 +203,8 @@ class Document:
                                      expat.ErrorString(error.code) or "no XML", opened)
             self.root = None
 
-    def _offset(self, at: int | None = None) -> int:
+    def _offset(self, at: int) -> int:
         """The character of a byte of the data; asked for in rising order, so all of it costs linear time."""
-        at = self._parser.CurrentByteIndex if at is None else at
         if self._ascii:
             return self._skip + at
         if at > self._bytes:
@@ -224,10 +223,12 @@ class Document:
             deep = len(self._open) >= MAX_DEPTH
             what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
             raise _Refused(lambda diagnostics, span: findings.too_large(diagnostics, span, limit, what))
-        node = Node(self, name.rpartition(":")[2], attributes, self._offset())
+        at = self._parser.CurrentByteIndex
+        tag = name.rpartition(":")[2] if ":" in name else name
+        node = Node(self, tag, attributes, self._skip + at if self._ascii else self._offset(at))
         if not self._open:
             self.root = node
-        elif not (node.tag == "relPosition" or (parent := self._open[-1]).tag == "connection"):
+        elif not (tag == "relPosition" or (parent := self._open[-1]).tag == "connection"):
             # Bends of wires and places of pins, half of a drawing, mean nothing to us and are let go.
             if parent.children:
                 parent.children.append(node)
@@ -236,7 +237,8 @@ class Document:
         self._open.append(node)
 
     def _end(self, _: str) -> None:
-        self._open.pop().closing = self._offset()
+        at = self._parser.CurrentByteIndex
+        self._open.pop().closing = self._skip + at if self._ascii else self._offset(at)
 
 
 def _unmarked(node: Node, raw: str) -> str:

@@ -134,7 +134,9 @@ class _Network:
         self._try(edge)
 
     def _try(self, edge: _Edge) -> None:
-        self.added.append(edge)
+        """What can be joined with an edge: what is beside it, and what is before and behind it."""
+        if len(self.beside.get((edge.head, edge.tail), ())) > 1:
+            self.added.append(edge)
         self.nets.append(edge.head)
         if edge.tail is not None:
             self.nets.append(edge.tail)
@@ -204,10 +206,10 @@ class _Network:
 
     def _parallel(self, edge: _Edge) -> None:
         """Join an edge with one of those beside it."""
-        at = self._at(edge)
+        group = self.beside.get((edge.head, edge.tail), ())
+        at = self._at(edge) if len(group) > 1 else None
         if at is None:
             return
-        group = self.beside[edge.head, edge.tail]
         for a, b in zip(group[max(0, at - 1) : at + 1], group[max(1, at) : at + 2]):
             depth = max(e.depth + (e.branches is None) for e in (a, b))
             if depth <= MAX_DEPTH and self._fits(a, b):

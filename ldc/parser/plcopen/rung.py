@@ -143,7 +143,7 @@ class RungWriter:
     # ---- elements
 
     def _contact(self, element: Element) -> None:
-        node = element.node
+        node, span = element.node, element.node.span
         text = node.find("variable")
         expr = self.expression(text.content if text is not None else None, element)
         modifier = _MODIFIERS.get(node.get("edge"), "")
@@ -151,8 +151,8 @@ class RungWriter:
             modifier = {"": "/", "P": "N", "N": "P"}[modifier]
             if modifier == "/" and not isinstance(expr, (ast.Name, ast.Member, ast.Index, ast.Direct)):
                 modifier, expr = "", texts.negated(expr)
-        item = ast.Contact(modifier, expr, node.span)
-        self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
+        item = ast.Contact(modifier, expr, span)
+        self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), span))
 
     def _coil(self, element: Element) -> None:
         node = element.node
@@ -174,7 +174,8 @@ class RungWriter:
         """What is wired to the condition of a transition goes to the variable with its name."""
         node = element.node
         target = ast.Name(node.get("name"), node.span)
-        self.add(ast.Coil("/" if node.flag("negated") else "", target, node.span), self.net(element.inputs[0]), None)
+        item = ast.Coil("/" if node.flag("negated") else "", target, node.span)
+        self.add(item, self.net(element.inputs[0]), None)
 
     def _outVariable(self, element: Element) -> None:
         pin, node = element.inputs[0], element.node
