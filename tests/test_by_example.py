@@ -87,7 +87,8 @@ EXAMPLES = {
     "a timer in a dead branch runs down": Example(
         "a b q", "RUNG [a] [b] <t: TOF(PT := T#20ms)> (q)",
         (contact(2, "a"), contact(3, "b", 2), value(4, "T#20ms"),
-         block(5, "TOF", {"IN": 3, "PT": 4}, ("Q",), "t"), coil(6, "q", "5.Q")), "q", ({"a": 1, "b": 1}, {"a": 0}, {}, {}), ("1", "1", "1", "0"), "t : TOF"),
+         block(5, "TOF", {"IN": 3, "PT": 4}, ("Q",), "t"), coil(6, "q", "5.Q")), "q",
+        ({"a": 1, "b": 1}, {"a": 0}, {}, {}), ("1", "1", "1", "0"), "t : TOF"),
     "a counter is reset by its own output in the next scan": Example(
         "a q", "RUNG [a] <n: CTU(R := { [n.Q] }, PV := 2)> (q)",
         (contact(2, "a"), contact(3, "n.Q"), value(4, "2"),

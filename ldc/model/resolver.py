@@ -57,7 +57,7 @@ class _Resolver:
                 if self._claim(pou.name, pou.name_span, "POU"):
                     self._pous[pou.name.upper()] = pou
         self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
-        self.incomplete |= any(file.incomplete for file in project.files)
+        self.incomplete |= any(file.incomplete and not file.pous for file in project.files)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
         self.types = TypeTable(declared, kinds, diagnostics)
         self.configurations = [c for file in project.files for c in file.configurations]
@@ -223,7 +223,8 @@ def _what_is_missing(
 
 
 def _within(outer: Span, at: Span) -> bool:
-    return at.source is outer.source and outer.start <= at.start < outer.end
+    # Readers of XML make twins of a text that are as long as it: the path says whether it is the same.
+    return at.source.path == outer.source.path and outer.start <= at.start < outer.end
 
 
 def _in_body(pou: ast.Pou, at: Span) -> bool:

@@ -97,8 +97,9 @@ class Tokens:
         return Span(self.source, end, end)
 
 
-def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
-    """The tokens of a text, or of a part of it (offsets stay those of the whole).
+def lex(source: SourceFile, start: int = 0, end: int | None = None, statements: bool = False) -> Tokens:
+    """The tokens of a text, or of a part of it (offsets stay those of the whole). ``statements``: it holds
+    some, ended by ``;``, whatever the path says.
 
     A rung or declaration far above the limit is cut there: it is wrong already, and the rest of it may be
     many megabytes. Scanning goes on at the next word that begins or ends something.
@@ -108,7 +109,7 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
     modifiers: list[int] = []
     at = start
     while at < end:
-        at = _boundary(source.text, _lex(columns, modifiers, at, end), end)
+        at = _boundary(source.text, _lex(columns, modifiers, at, end, statements), end)
     types = columns.types
     for index in modifiers:  # P N S R are modifiers only before a name
         if index + 1 < len(types) and types[index + 1] in ("NAME", "DIRECT"):
@@ -116,11 +117,11 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None) -> Tokens:
     return columns
 
 
-def _lex(columns: Tokens, modifiers: list[int], start: int, end: int) -> int:
+def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements: bool) -> int:
     """Append tokens until the end or until a unit is too long; where it stopped."""
     text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
-    statements = columns.source.path.lower().endswith(".st")
+    statements |= columns.source.path.lower().endswith(".st")
     lines, limit = statements, len(types) + 2 * MAX_TOKENS
     for match in _SCAN.finditer(text, start, end):
         kind = match.lastgroup

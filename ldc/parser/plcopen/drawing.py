@@ -207,17 +207,26 @@ class Drawing:
                 return next((i for i in element.inputs if i.name.upper() == output[1]), None)
             return None
 
-        def real(output: Output) -> set[Output]:
-            found, seen, work = set(), {output}, [output]
+        known: dict[Output, frozenset[Output]] = {}
+
+        def real(output: Output) -> frozenset[Output]:
+            """What feeds an output in the end; a loop of connectors feeds nothing."""
+            work = [output]
             while work:
-                output = work.pop()
-                pin = behind(output)
+                at = work[-1]
+                pin = behind(at)
                 if pin is None:
-                    found.add(output)
-                for further in pin.sources - seen if pin is not None else ():
-                    seen.add(further)
-                    work.append(further)
-            return found
+                    known[at] = frozenset((at,))
+                elif at not in known:
+                    known[at] = frozenset()
+                    work += [source for source in pin.sources if source not in known]
+                    continue
+                elif len(pin.sources) == 1:
+                    known[at] = known[next(iter(pin.sources))]
+                else:
+                    known[at] = frozenset().union(*(known[source] for source in pin.sources))
+                work.pop()
+            return known[output]
 
         first = {id(pin): frozenset().union(*map(real, pin.sources)) if pin.sources else pin.sources
                  for element in self.elements.values() for pin in element.inputs}

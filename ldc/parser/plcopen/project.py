@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ldc.diagnostics import Diagnostics, Severity
+from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import configuration, findings, interface, others, texts
@@ -39,7 +39,6 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         root = None
     if root is None:
         return ast.File(source, (), (), (), (), (), True)
-    before = {d.sort_key for d in diagnostics}
     reading = Reading(source, "PLCopen XML", diagnostics)
     others.tell(root, reading)
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
@@ -47,12 +46,11 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     configurations, loose = _instances(root, diagnostics)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
-    lost = any(d.severity is Severity.ERROR and d.sort_key not in before for d in diagnostics)
     remarks = reading.remarks
     if lists is not None and lists.renamed:
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
-    return ast.File(source, pous, types, loose, configurations, (), lost, tuple(remarks))
+    return ast.File(source, pous, types, loose, configurations, (), False, tuple(remarks))
 
 
 def _named(found: ast.Configuration, lists: Lists, remarks: list[ast.Remark]) -> ast.Configuration:

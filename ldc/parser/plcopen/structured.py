@@ -13,7 +13,7 @@ from ldc.source import Span
 
 def statements(text: Span, diagnostics: Diagnostics) -> StatementBody:
     """The statements in a part of a text; what cannot be read is left out and told."""
-    tokens = lex(text.source, text.start, text.end)
+    tokens = lex(text.source, text.start, text.end, statements=True)
     try:
         return read_body(Units(tokens, diagnostics), 0, len(tokens.types), text)
     except TooMany:
