@@ -102,3 +102,14 @@ def test_il_that_leaves_one_out_is_told(tmp_path: Path, call: str) -> None:
     path = tmp_path / "main.il"
     path.write_text(f"{function}PROGRAM main\nVAR sum : INT; END_VAR\n{call}    ST sum\nEND_PROGRAM\n")
     assert [d.code for d in pipeline.compile_paths([str(path)]).diagnostics] == ["LD0507"]
+
+
+def test_two_globals_are_copied_out_by_one_call(tmp_path: Path) -> None:
+    """The second value comes from the call, not from the globals after the first was stored."""
+    text = TEXT.replace("PROGRAM main\nVAR\n", "VAR_GLOBAL\n    sum, double, tens : INT;\n"
+                        "    rows : ARRAY [0..1] OF INT;\nEND_VAR\nPROGRAM main\nVAR_EXTERNAL\n"
+                        "    sum, double, tens : INT;\n    rows : ARRAY [0..1] OF INT;\nEND_VAR\nVAR\n")
+    text = text.replace("    sum, double, tens : INT;\n    rows : ARRAY [0..1] OF INT;\n    lamp", "    lamp")
+    result = compiled(tmp_path / "main.ld", text)
+    assert {b.code.proof for builds in result.units.values() for b in builds} == {"proof"}
+    assert record(Machine(result.program), WATCHED, 3) == EXPECTED

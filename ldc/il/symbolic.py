@@ -157,13 +157,14 @@ class Memory:
                 result |= lanes & self.operands.column(term)
         return result
 
-    def apply(self, op: str, args: list[Value], type_: Type) -> Value:
-        """A function as an uninterpreted term, for every combination of cases of its arguments."""
+    def apply(self, op: str, args: list[Value], type_: Type, seen: tuple | None = None) -> Value:
+        """A function as an uninterpreted term, for every combination of cases of its arguments. ``seen``: the
+        globals when it was called, if that is over."""
         combinations: list[tuple[tuple, int]] = [((), ALL)]
         for arg in args:
             combinations = [((*key, term), lanes & holds) for key, lanes in combinations
                             for term, holds in self.cases(arg) if lanes & holds]
-        context = self._context(op)
+        context = self.seen(op) if seen is None else seen
         merged: dict[Term, int] = {}
         for key, lanes in combinations:
             term = self.operands.term(op, type_, *key, *context)
@@ -171,7 +172,7 @@ class Memory:
         value = _canonical(merged)
         return self.boolean(value) if type_ == BOOL else value
 
-    def _context(self, op: str) -> tuple:
+    def seen(self, op: str) -> tuple:
         """What a FUNCTION of the project sees beside its arguments: the globals as they are now."""
         if functions.lookup(op) is not None:
             return ()
@@ -191,7 +192,8 @@ class Memory:
             case Apply(op, args, type_):
                 return self.operator(op, [self.value(a) for a in args], [a.type for a in args], type_)
 
-    def operator(self, op: str, values: list[Value], types: list[Type], type_: Type) -> Value:
+    def operator(self, op: str, values: list[Value], types: list[Type], type_: Type,
+                 seen: tuple | None = None) -> Value:
         """The meaning of an operator: logic of BOOL is computed, all else is a term. A subrange counts as the
         type that it is a range of: the range holds where a value is stored."""
         if (type_ is BOOL or type_ == BOOL) and op in ("AND", "OR", "XOR", "NOT"):
@@ -217,7 +219,7 @@ class Memory:
             first, second = values
             if _order(first) > _order(second):
                 values = [second, first]
-        return self.apply(op, values, type_)
+        return self.apply(op, values, type_, seen)
 
     # -- places
 

@@ -146,11 +146,13 @@ class GraphDomain:
                 zero = self.zero(kinds[1])
                 eno &= self.memory.boolean(self.memory.operator("NE", [values[1], zero], kinds[1:] * 2, BOOL))
 
+        seen = self.memory.seen(block.callee)
+
         def read(pin: str) -> Value:
             if pin == "OUT":
-                return self.memory.operator(block.callee, values, kinds, block.signature.result)
+                return self.memory.operator(block.callee, values, kinds, block.signature.result, seen)
             parameter = block.signature.pin(pin)
-            return self.memory.apply(f"{block.callee}.{parameter.name.upper()}", values, parameter.type)
+            return self.memory.apply(f"{block.callee}.{parameter.name.upper()}", values, parameter.type, seen)
 
         return eno, _Outputs(read)
 
@@ -203,11 +205,12 @@ def execute(code: tuple[Instr, ...], memory: Memory,
                 acc, acc_type = load(operand), operand.type
         elif op == "FN":
             values = ([] if instr.name.upper() in nullary else [acc]) + [load(a) for a in instr.args]
+            seen = memory.seen(instr.name)
             for name, place in instr.outputs:
-                out = memory.apply(f"{instr.name}.{name.upper()}", values, place.type)
+                out = memory.apply(f"{instr.name}.{name.upper()}", values, place.type, seen)
                 memory.write(place, out, active)
             types = [acc_type, *(a.type for a in instr.args)]
-            acc, acc_type = memory.operator(instr.name, values, types, instr.type), instr.type
+            acc, acc_type = memory.operator(instr.name, values, types, instr.type, seen), instr.type
         elif op == "CAL":
             standard = isinstance(operand.type, Instance) and blocks.signature(operand.type.pou) is not None
             memory.call(operand, not standard, active)
