@@ -43,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _run, _fmt, _draw, _component, _import, _bench, _explain, _doctor):
+    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _bench, _explain, _doctor):
         add(commands)
     return parser
 
@@ -97,10 +97,10 @@ def _compile(commands) -> None:
     _sources(parser)
     parser.add_argument(
         "--emit",
-        choices=("il", "ast", "graph", "tree", "image"),
+        choices=("il", "ast", "graph", "tree", "c", "image"),
         default="il",
         help="il: the program as text (default); ast: what was read; graph: nets and elements of each rung; "
-        "tree: its series-parallel form; image: bytes for the runtime",
+        "tree: its series-parallel form; c: the C of native code; image: bytes for the runtime",
     )
     parser.add_argument(
         "--format", choices=("text", "dot"), help="of --emit graph (dot also when OUT ends in .dot)"
@@ -128,7 +128,8 @@ def _run(commands) -> None:
     )
     _sources(parser)
     parser.add_argument(
-        "--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)"
+        "--engine", choices=("vm", "native"), default="vm",
+        help="vm: IL as Python functions (default); native: IL as C, compiled by gcc"
     )
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--scans", type=_natural, metavar="N", help="how many scans")
@@ -191,6 +192,19 @@ def _import(commands) -> None:
     )
 
 
+def _build(commands) -> None:
+    parser = _command(
+        commands,
+        "build",
+        "compile to code of a processor",
+        "  ldc build . --target host -o build    a shared object, its C, and where every variable lies",
+    )
+    _sources(parser)
+    parser.add_argument("--target", choices=("host",), required=True, help="host: this computer, by gcc")
+    parser.add_argument("-o", dest="folder", metavar="DIR", default="build", help="the folder to write (build)")
+    parser.add_argument("--sanitize", action="store_true", help="let the code check itself (undefined behaviour)")
+
+
 def _bench(commands) -> None:
     parser = _command(
         commands,
@@ -200,7 +214,8 @@ def _bench(commands) -> None:
     )
     parser.add_argument("source", metavar="SRC", help=_SRC)
     parser.add_argument(
-        "--engine", choices=("vm",), default="vm", help="vm: IL as Python functions (default)"
+        "--engine", choices=("vm", "native"), default="vm",
+        help="vm: IL as Python functions (default); native: IL as C, compiled by gcc"
     )
     parser.add_argument(
         "--stimulus",

@@ -17,7 +17,8 @@ def run(options: argparse.Namespace) -> int:
     sources = read([options.source])
     result = compiled(sources)
     contacts = sum(_contacts(build.rung) for builds in result.units.values() for build in builds)
-    figures = bench(start(result, None, sources.manifest), contacts, options.stimulus, options.engine)
+    machine = start(result, None, sources.manifest, options.engine)
+    figures = bench(machine, contacts, options.stimulus, options.engine)
     if options.json:
         print(json.dumps(figures))
         return OK

@@ -11,6 +11,7 @@ from ldc.cli.console import OK, UsageError, say
 from ldc.cli.dump import dump
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
+from ldc.cli.run import resource_to_run
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.graph.dump import graph_dot, graph_text, tree_text
 from ldc.il.text import print_program
@@ -47,6 +48,8 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
             return print_program(result.program)
         case "image":
             return result.image.data
+        case "c":
+            return _c_text(result)
         case "tree":
             return _each_rung(result, lambda build: tree_text(build.graph, build.tree))
     if as_dot:
@@ -54,6 +57,17 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
             graph_dot(build.graph).rstrip() + "\n" for builds in result.units.values() for build in builds
         )
     return _each_rung(result, lambda build: graph_text(build.graph, build.turns))
+
+
+def _c_text(result: pipeline.Compiled) -> str:
+    """The C files of the program, one behind the other; what belongs to the library is left out."""
+    from ldc.backends.c.build import planned  # loads jinja2
+
+    diagnostics = Diagnostics()
+    plan = planned(result.program, result.image.layout, resource_to_run(result), diagnostics)
+    if plan is None:
+        raise Invalid(diagnostics)
+    return "\n".join(f"/* ==== {file.name} */\n{file.text}" for file in plan.files if file.is_generated)
 
 
 def _each_rung(result: pipeline.Compiled, text: Callable[[pipeline.RungBuild], str]) -> str:

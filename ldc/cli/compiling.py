@@ -13,6 +13,7 @@ from ldc import pipeline
 from ldc.cli.console import is_terminal, report
 from ldc.diagnostics import Diagnostics, Invalid, Locate, Severity
 from ldc.il.external import Binding
+from ldc.il.layout import Layout
 from ldc.manifest import Sources
 
 _QUIET = 0.5
@@ -20,14 +21,16 @@ _QUIET = 0.5
 
 
 def compiled(
-    sources: Sources, *, verify: bool = True, keep: bool = False, max_paren_depth: int | None = None
+    sources: Sources, *, verify: bool = True, keep: bool = False, max_paren_depth: int | None = None,
+    previous: Layout | None = None,
 ) -> pipeline.Compiled:
     """The compiled project; warnings are shown, notes are for `ldc check`.
 
     The settings are those of `pipeline.Options`. Raises Invalid when the sources are wrong.
     """
     with progress() as tell:
-        options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, progress=tell)
+        options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, previous=previous,
+                                   progress=tell)
         result = pipeline.compile_project(sources, options)
     gc.freeze()  # it lives as long as the command: the collector need not walk it again and again
     if result.diagnostics.has_errors:

@@ -21,12 +21,13 @@ from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import Manifest
 from ldc.reading import read_source
 from ldc.render import plural
+from runtime.machine import Machine
 from runtime.stimuli import Stimuli
 from runtime.stimuli import read as read_stimuli
 from runtime.symbols import UnknownSymbol
 from runtime.trace import Trace
 from runtime.values import milliseconds
-from runtime.vm.machine import Machine
+from runtime.vm import machine as vm
 
 SCANS = 100
 """How long a run is when nothing says it."""
@@ -38,12 +39,15 @@ def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
     sources = read(options.sources)
     live = options.trace is None and is_terminal(sys.stdout)
-    result = compiled(sources, keep=live)
-    machine = start(result, options.period, sources.manifest)
+    # The power of rungs is seen by stepping, which native code does not.
+    stepped = live and options.engine == "vm"
+    result = compiled(sources, keep=stepped)
+    machine = start(result, options.period, sources.manifest, options.engine)
     stimuli = _stimuli(options.inputs, sources.manifest, machine)
     names = _watched(options.watch, sources.manifest, machine)
     scans = _length(options, stimuli, machine)
-    table = LiveTable(machine, names, scans, Powers(machine, result.units)) if live else None
+    powers = Powers(machine, result.units) if stepped else None
+    table = LiveTable(machine, names, scans, powers) if live else None
     with _display(options.trace, machine, names, table) as (scan, sample):
         for _ in range(scans):
             stimuli.apply(machine)
@@ -53,16 +57,26 @@ def run(options: argparse.Namespace) -> int:
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
-def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | None) -> Machine:
+def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | None, engine: str = "vm") -> Machine:
     """The machine for a compiled project; `period` of the command line wins over that of the project."""
+    number = resource_to_run(result)
+    period = period or (manifest.period if manifest else None)
+    if engine == "native":
+        from ldc.cli import native  # loads cffi and jinja2
+
+        return native.machine(result, number, period)
+    return vm.Machine(result.program, number, period, native_code(result))
+
+
+def resource_to_run(result: pipeline.Compiled) -> int:
+    """The number of the processor that is run: the first one that has a program. Raises Failure."""
     resources = result.program.resources
     if not any(resource.runs for resource in resources):
         raise Failure("there is no PROGRAM to run")
     number = next(i for i, resource in enumerate(resources) if resource.runs)
     if sum(bool(resource.runs) for resource in resources) > 1:
         say(f"note: only processor `{resources[number].processor}` is run")
-    period = period or (manifest.period if manifest else None)
-    return Machine(result.program, number, period, native_code(result))
+    return number
 
 
 def _stimuli(inputs: str | None, manifest: Manifest | None, machine: Machine) -> Stimuli:

@@ -57,9 +57,10 @@ class ChangeLines:
 
 class LiveTable:
     """A table that follows the run: each variable's value, for a BOOL how it went in the last scans, and the
-    power that reaches the right end of each rung. ``scan`` runs one scan and ``sample`` takes note of it."""
+    power that reaches the right end of each rung (without ``powers``: not). ``scan`` runs one scan and
+    ``sample`` takes note of it."""
 
-    def __init__(self, machine: Machine, names: Sequence[str], scans: int, powers: Powers) -> None:
+    def __init__(self, machine: Machine, names: Sequence[str], scans: int, powers: Powers | None) -> None:
         self._machine, self._names, self._scans, self._powers = machine, names, scans, powers
         self._symbols = machine.find(names)
         self._waves = [deque(maxlen=_HISTORY) if s.type == BOOL else None for s in self._symbols]
@@ -85,7 +86,7 @@ class LiveTable:
         if not self._pictured:
             self._machine.scan()
             return
-        self._powers.scan()
+        (self._powers or self._machine).scan()
         end = time.monotonic()
         self._next = end + max(_REFRESH, 9 * (end - start))
 
@@ -97,11 +98,11 @@ class LiveTable:
             self._live.update(self._picture(), refresh=True)
 
     def _picture(self) -> Group:
-        return Group(self._table(), *self._rungs())
+        return Group(self._table(), *(self._rungs(self._powers) if self._powers else ()))
 
-    def _rungs(self) -> Iterator[Table | Text]:
+    def _rungs(self, powers: Powers) -> Iterator[Table | Text]:
         """The rungs with their power, as many as the screen has room for."""
-        rows = self._powers.rows
+        rows = powers.rows
         room = max(_LEAST_RUNGS, self._console.size.height - len(self._names) - 12)
         if not rows:
             return
@@ -109,7 +110,7 @@ class LiveTable:
         table.add_column("rung")
         table.add_column("power", justify="right")
         for row in rows[:room]:
-            power = self._powers.at(row)
+            power = powers.at(row)
             shown = "-" if power is None else show(power, BOOL)
             table.add_row(Text(row.name), Text(shown, "bold green" if power else ""))
         yield table

@@ -7,12 +7,13 @@
 All numbers are little-endian and aligned to their size. BOOL is a byte 0 or 1; a string is its length
 (16 bit) and its characters (bytes, of WSTRING 16 bit units). A bit address lies in the byte image only
 where a wider address overlaps with it. Areas grow by powers of two, so that a further address seldom moves
-anything, and never do when the block of the previous compile is given.
+anything; they never shrink when those of the previous compile are given.
 """
 
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,20 +24,10 @@ from ldc.symbols import Location, Variable
 from ldc.types import Array, Elementary, Instance, String, Struct, Type, Value, default, is_scalar, storage
 
 SYSTEM = 1024
-LARGEST_AREA = 1 << 20
 _LEAST = 64
 _FORMAT = {"int": {8: "b", 16: "h", 32: "i", 64: "q"}, "real": {32: "f", 64: "d"}, "time": {64: "q"},
            "bool": {1: "B"}}
 _UNSIGNED = {8: "B", 16: "H", 32: "I", 64: "Q"}
-
-
-class TooLarge(ValueError):
-    """An address that lies too far up for an image in memory; ``location`` tells which."""
-
-    def __init__(self, location: Location) -> None:
-        self.location = location
-        super().__init__(f"the address {location} is beyond the {LARGEST_AREA:,} bytes that native code can have "
-                         f"in the area %{location.area}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,15 +155,14 @@ class Block:
         return measure(type_, self.units)[0]
 
 
-def make(program: Program, layout: Layout, resource: int = 0, previous: Block | None = None) -> Block:
-    """The block of one resource of a program with the layout of its image. Raises TooLarge."""
+def make(program: Program, layout: Layout, resource: int = 0, areas: Mapping[str, int] | None = None) -> Block:
+    """The block of one resource of a program with the layout of its image; ``areas``: those of a block that
+    it is to resemble. The model bounds addresses, and so the areas."""
     units = {u.name.upper(): u for u in program.units}
     places = located(program, program.resources[resource], units)
-    sizes = dict(previous.areas) if previous else dict.fromkeys("IQM", _LEAST)
+    sizes = {area: (areas or {}).get(area, _LEAST) for area in "IQM"}
     for at, type_ in places:
         needed = (end_of(at, type_) + 7) // 8
-        if needed > LARGEST_AREA:
-            raise TooLarge(at)
         while sizes[at.area] < needed:
             sizes[at.area] *= 2
     return Block(program, resource, layout, tuple(sizes.items()), homes(places))

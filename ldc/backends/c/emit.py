@@ -36,6 +36,11 @@ class File:
     text: str
     digest: str
 
+    @property
+    def is_generated(self) -> bool:
+        """Whether it is of the program, not of the library."""
+        return self.name not in (_RUNTIME, _TEXT)
+
 
 @dataclass(frozen=True, slots=True)
 class BuildPlan:
@@ -50,8 +55,9 @@ class BuildPlan:
     digest: str
 
 
-def plan(block: Block, flags: tuple[str, ...], debug: bool = False) -> BuildPlan:
+def plan(block: Block, flags: tuple[str, ...]) -> BuildPlan:
     """The files of one resource of a program. Raises NotNative."""
+    debug = "-g" in flags
     codes = _translated(block)
     header = _read(HEADER)
     made = [_file(f"{chunk.name}.c", _render("chunk.c.j2", chunk=chunk), header, flags, debug)

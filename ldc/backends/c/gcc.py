@@ -9,35 +9,27 @@ from __future__ import annotations
 import hashlib
 import os
 import secrets
-import shlex
-import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.backends.c.emit import HEADER, BuildPlan, File
+from ldc.components import toolchain
+from ldc.diagnostics import Diagnostics
 
 FLAGS = ("-std=c11", "-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
          "-fvisibility=hidden", "-fno-gnu-unique", "-fno-asynchronous-unwind-tables")
-VARIABLE = "LDC_CC"
+SANITIZE = ("-g", "-fsanitize=undefined", "-fno-sanitize-recover=undefined")
 _MOST_KEPT = 4000
 
 
-class NoCompiler(Exception):
-    """There is no C compiler of the name ``command``."""
-
-    def __init__(self, command: str) -> None:
-        self.command = command
-        super().__init__(f"no C compiler: there is no program `{command}`")
-
-
 class CompilerFailed(Exception):
-    """gcc refused a file; ``output`` is what it said."""
+    """The compiler refused a file; ``output`` is what it said."""
 
-    def __init__(self, command: list[str], output: str) -> None:
-        self.command, self.output = command, output
-        super().__init__(f"`{shlex.join(command[:1])}` failed: {output.strip() or 'no message'}")
+    def __init__(self, command: str, output: str) -> None:
+        lines = output.strip().splitlines() or ["it says nothing"]
+        super().__init__(f"the C compiler `{command}` failed: {' '.join(lines[:3])}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,22 +45,21 @@ class Artifact:
 class Compiler:
     """A command that takes the options of gcc, and what identifies it."""
 
-    command: tuple[str, ...]
+    path: str
     identity: str
 
 
-def find_compiler() -> Compiler:
-    """The compiler that LDC_CC names, else gcc. Raises NoCompiler."""
-    command = tuple(shlex.split(os.environ.get(VARIABLE, ""))) or ("gcc",)
-    path = shutil.which(command[0])
+def find_compiler(diagnostics: Diagnostics) -> Compiler | None:
+    """gcc, or what LDC_CC names; None, with a finding that tells what to install, when it is not there."""
+    path = toolchain.find(toolchain.GCC, diagnostics)
     if path is None:
-        raise NoCompiler(command[0])
+        return None
     try:
-        found = subprocess.run([path, *command[1:], "-dumpfullversion", "-dumpmachine"], capture_output=True,
-                               text=True, check=False, stdin=subprocess.DEVNULL)
+        found = subprocess.run([path, "-dumpfullversion", "-dumpmachine"], capture_output=True, text=True,
+                               check=False, stdin=subprocess.DEVNULL)
     except OSError as error:
-        raise NoCompiler(command[0]) from error
-    return Compiler((path, *command[1:]), f"{' '.join(command)} {found.stdout}")
+        raise CompilerFailed(os.path.basename(path), str(error)) from error
+    return Compiler(path, f"{path} {found.stdout}")
 
 
 def cache_folder() -> Path:
@@ -77,10 +68,9 @@ def cache_folder() -> Path:
     return Path(base) / "ldc" / "native"
 
 
-def build(plan: BuildPlan, folder: Path | None = None, cache: Path | None = None) -> Artifact:
-    """The shared object of a plan, in ``folder`` (None: in the cache). Raises NoCompiler, CompilerFailed,
-    OSError when a folder cannot be written."""
-    compiler = find_compiler()
+def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache: Path | None = None) -> Artifact:
+    """The shared object of a plan, in ``folder`` (None: in the cache). Raises CompilerFailed, and OSError when
+    a folder cannot be written."""
     cache = cache_folder() if cache is None else cache
     cache.mkdir(parents=True, exist_ok=True)
     objects = {file: cache / f"{_name(file.digest, compiler)}.o" for file in plan.files}
@@ -98,7 +88,7 @@ def build(plan: BuildPlan, folder: Path | None = None, cache: Path | None = None
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = _partial(target)
     try:
-        _run([*compiler.command, "-shared", "-o", str(partial), *map(str, objects.values()), "-lm"])
+        _run([compiler.path, *_sanitizers(plan), "-shared", "-o", str(partial), *map(str, objects.values()), "-lm"])
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
@@ -122,7 +112,7 @@ def _touched(path: Path) -> bool:
 def _compile(compiler: Compiler, plan: BuildPlan, file: File, header: Path, target: Path) -> None:
     partial = _partial(target)
     try:
-        _run([*compiler.command, *plan.flags, "-I", str(header), "-x", "c", "-c", "-o", str(partial), "-"],
+        _run([compiler.path, *plan.flags, "-I", str(header), "-x", "c", "-c", "-o", str(partial), "-"],
              file.text)
         os.replace(partial, target)
     finally:
@@ -132,7 +122,12 @@ def _compile(compiler: Compiler, plan: BuildPlan, file: File, header: Path, targ
 def _run(command: list[str], text: str = "") -> None:
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False, errors="replace")
     if done.returncode:
-        raise CompilerFailed(command, done.stderr)
+        raise CompilerFailed(os.path.basename(command[0]), done.stderr)
+
+
+def _sanitizers(plan: BuildPlan) -> list[str]:
+    """What the link has to be told as well."""
+    return [flag for flag in plan.flags if flag.startswith("-fsanitize")]
 
 
 def _partial(path: Path) -> Path:

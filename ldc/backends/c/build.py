@@ -1,0 +1,38 @@
+"""From a program to a shared object: memory, plan, compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ldc.backends import findings
+from ldc.backends.c import emit, gcc
+from ldc.backends.c.emit import BuildPlan
+from ldc.backends.c.gcc import Artifact
+from ldc.diagnostics import Diagnostics
+from ldc.il import block
+from ldc.il.layout import Layout
+from ldc.il.program import Program
+
+
+def planned(program: Program, layout: Layout, resource: int, diagnostics: Diagnostics,
+            areas: Mapping[str, int] | None = None, sanitize: bool = False) -> BuildPlan | None:
+    """The files for one resource of a program with the layout of its image; ``areas``: the sizes of I, Q and
+    M of the build before. None, with findings, when it cannot be native."""
+    try:
+        memory = block.make(program, layout, resource, areas)
+        return emit.plan(memory, gcc.FLAGS + (gcc.SANITIZE if sanitize else ()))
+    except emit.NotNative as error:
+        findings.no_body(diagnostics, error.unit)
+    return None
+
+
+def built(plan: BuildPlan, diagnostics: Diagnostics, folder: Path | None = None) -> Artifact | None:
+    """The shared object of a plan, in ``folder`` or the user's cache. None, with findings, when there is no
+    compiler or it fails. Raises OSError when a folder cannot be written."""
+    try:
+        compiler = gcc.find_compiler(diagnostics)
+        return None if compiler is None else gcc.build(plan, compiler, folder)
+    except gcc.CompilerFailed as error:
+        findings.compiler_failed(diagnostics, error)
+    return None

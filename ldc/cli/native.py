@@ -1,0 +1,35 @@
+"""Native code for a command: built now or taken from the cache."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ldc import pipeline
+from ldc.backends.c import build
+from ldc.backends.c.gcc import Artifact
+from ldc.cli.console import Failure, report
+from ldc.diagnostics import Diagnostics, Invalid
+from runtime.native.library import Code
+from runtime.native.machine import Machine
+
+
+def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = None,
+             areas: Mapping[str, int] | None = None, sanitize: bool = False) -> Artifact:
+    """The shared object for one resource of a compiled project. Raises Invalid and Failure."""
+    diagnostics = Diagnostics()
+    plan = build.planned(result.program, result.image.layout, resource, diagnostics, areas, sanitize)
+    try:
+        made = None if plan is None else build.built(plan, diagnostics, folder)
+    except OSError as error:
+        raise Failure(f"cannot write native code: {error}") from error
+    if made is None:
+        raise Invalid(diagnostics)
+    report(diagnostics)
+    return made
+
+
+def machine(result: pipeline.Compiled, resource: int, period: int | None) -> Machine:
+    """A machine that runs native code."""
+    made = artifact(result, resource)
+    return Machine(result.program, resource, period, native=Code(made.path, made.plan.block, made.plan.map))
