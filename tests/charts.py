@@ -1,4 +1,4 @@
-"""Charts at random, and what they mean: an interpreter of IEC 61131-3, 2.6, with time stamps instead of counters.
+"""Charts at random, and what they mean: an interpreter of IEC 61131-3, 2.6, with time stamps.
 
 A chart is drawn as plain data here, printed as text for the compiler, and interpreted from the data.
 """
@@ -159,8 +159,8 @@ class Interpreter:
             self.elapsed[step] = now - self.began[step]
         tokens, entered, left = set(self.active), set(), set()
         numbered = list(enumerate(self.chart.transitions))
-        first = sorted((pair for pair in numbered if pair[1].priority is not None), key=lambda p: p[1].priority)
-        for number, one in [*first, *(pair for pair in numbered if pair[1].priority is None)]:
+        last = max((t.priority or 0 for _, t in numbered), default=0) + 1
+        for number, one in sorted(numbered, key=lambda p: last if p[1].priority is None else p[1].priority):
             if one.body:
                 self.values[f"t{number}"] = False
             if tokens.issuperset(one.sources) and self.value(one.condition):
@@ -213,7 +213,8 @@ def text(chart: Chart) -> str:
     """A FUNCTION_BLOCK with the chart, and a PROGRAM that calls it while ``run`` is TRUE."""
     parts = []
     for step in range(chart.steps):
-        uses = [f"    {action}({q}{f', T#{ms}ms' if q in TIMED else ''});" for action, q, ms in chart.uses[step]]
+        uses = [f"    {action}({q}{f', T#{ms}ms' if q in TIMED else ''});"
+                for action, q, ms in chart.uses[step]]
         parts += [f"{'INITIAL_' if step == 0 else ''}STEP s{step}:", *uses, "END_STEP"]
     for number, one in enumerate(chart.transitions):
         priority = "" if one.priority is None else f" (PRIORITY := {one.priority})"
@@ -226,7 +227,8 @@ def text(chart: Chart) -> str:
     inputs = "".join(f"    {name} : BOOL;\n" for name in INPUTS)
     variables = f"    {', '.join((*COILS, *LAMPS))} : BOOL;\n    {', '.join(COUNTS)} : INT;\n"
     return (f"FUNCTION_BLOCK cell\nVAR_INPUT\n{inputs}END_VAR\nVAR\n{variables}END_VAR\n" + "\n".join(parts)
-            + "\nEND_FUNCTION_BLOCK\n\nPROGRAM main\nVAR\n    run : BOOL;\n" + inputs + "    chart : cell;\nEND_VAR\n"
+            + "\nEND_FUNCTION_BLOCK\n\nPROGRAM main\nVAR\n    run : BOOL;\n" + inputs
+            + "    chart : cell;\nEND_VAR\n"
             + "RUNG\n    [/run] >>RETURN\nRUNG\n    <chart: cell(i0 := i0, i1 := i1, i2 := i2) in=_ out=_>\n"
             + "END_PROGRAM\n")
 

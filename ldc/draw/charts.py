@@ -1,4 +1,4 @@
-"""Sequential function charts on paper: a list of steps with what they do and what leads on, then the ladders."""
+"""Sequential function charts on paper: steps with what they do and what leads on, then the ladders."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _steps(chart: sfc.SfcBody) -> Iterator[str]:
 def _transition(transition: sfc.Transition) -> str:
     condition = transition.name or ""
     if not isinstance(transition.condition, sfc.Body):
-        condition = " ".join(filter(None, (f"{condition}:" if condition else "", expr_text(transition.condition))))
+        condition = f"{condition}: " * bool(condition) + expr_text(transition.condition)
     priority = "" if transition.priority is None else f" [priority {transition.priority}]"
     targets = " and ".join(step.name for step in transition.targets)
     together = " and ".join(step.name for step in transition.sources)
@@ -57,10 +57,10 @@ def _transition(transition: sfc.Transition) -> str:
 
 
 def _statements(chart: sfc.SfcBody) -> Iterator[str]:
-    bodies = [(f"TRANSITION {t.name}", t.condition) for t in chart.transitions if isinstance(t.condition, sfc.Body)]
+    bodies = [(f"TRANSITION {t.name}", t.condition) for t in chart.transitions]
     bodies += [(f"ACTION {a.name}", a.body) for a in chart.actions]
     for heading, body in bodies:
-        if not isinstance(body, ast.LadderBody):
+        if isinstance(body, sfc.Body) and not isinstance(body, ast.LadderBody):
             yield from ("", heading)
             text = body.span.text.strip("\n")
             yield from (f"{INDENT}{line}".rstrip() for line in dedent(text).strip().splitlines())

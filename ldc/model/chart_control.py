@@ -137,7 +137,8 @@ def _transition(transition: Transition) -> Iterator[Part]:
     span = node.name_span or Span(node.span.source, node.sources[0].span.start, node.targets[-1].span.end)
     enabled = [names.load(names.RUNNING)]
     enabled += [flag(step) for step in transition.sources]
-    enabled += [_not(names.load(names.left(step))) for step in transition.sources if step.name in transition.shared]
+    enabled += [_not(names.load(names.left(step))) for step in transition.sources
+                if step.name in transition.shared]
     fires = (*(_set(names.left(step), TRUE, span) for step in transition.sources),
              *(_set(names.entered(step), TRUE, span) for step in transition.targets))
     title = f"transition {node.name}" if node.name else "transition {} to {}".format(

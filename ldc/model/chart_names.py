@@ -1,6 +1,6 @@
 """The variables that a chart has beside the declared ones: step flags, action controls, memories.
 
-``step.X`` and ``step.T``, ``action.Q`` and ``action.A`` are for everybody to read; only the chart writes them.
+``step.X`` and ``step.T``, ``action.Q`` and ``action.A`` are for everybody to read; the chart writes them.
 What begins with ``_ldc_sfc_`` is kept by the control of the chart (docs/sfc.md tells its use).
 """
 

@@ -81,7 +81,8 @@ class _Typing:
     # ---- transitions
 
     def transitions(self) -> Iterable[Transition]:
-        known = [(node, self._steps(node.sources), self._steps(node.targets)) for node in self.node.transitions]
+        known = [(node, self._steps(node.sources), self._steps(node.targets))
+                 for node in self.node.transitions]
         leading: dict[str, int] = {}
         for _, sources, _ in known:
             for step in sources or ():
@@ -134,7 +135,8 @@ class _Typing:
             places.place(self.env, indicator, self.diagnostics)
         if node.time is None:
             return Association(step, number, node.qualifier, None)
-        time = expressions.expression(self.env, node.time, TIME, self.diagnostics, f"the time of {node.qualifier}")
+        what = f"the time of {node.qualifier}"
+        time = expressions.expression(self.env, node.time, TIME, self.diagnostics, what)
         return None if time is None else Association(step, number, node.qualifier, time)
 
     def _variable(self, node: ast.Expr) -> Place | None:
@@ -145,7 +147,8 @@ class _Typing:
                 near = suggest(node.name, (*(a.name for a in self.node.actions), *self.env.names()))
                 findings.no_action(self.diagnostics, node.span, f"there is no action `{node.name}`",
                                    "neither an ACTION nor a variable",
-                                   near or f"write `ACTION {node.name}: ... END_ACTION` or declare a BOOL variable")
+                                   near or f"write `ACTION {node.name}: ... END_ACTION`, or declare a "
+                                   "BOOL variable")
             return None
         place = places.place(self.env, node, self.diagnostics, write=True)
         if place is None or storage(place.type) == BOOL:

@@ -12,8 +12,8 @@ from ldc.types import Enum, Type
 
 class Environment(Protocol):
     """Names are given in capitals. ``kind`` is that of the POU, "" outside of one; ``statements``: it is
-    an ST body, whose calls may have outputs; ``taken`` collects the places that these write; ``flags``: steps and
-    actions of the chart that is the body."""
+    an ST body, whose calls may have outputs; ``taken`` collects the places that these write; ``flags``: steps
+    and actions of the chart that is the body."""
 
     pou: str
     kind: str

@@ -30,7 +30,9 @@ from ldc.types import Enum, Type
 class Scope:
     """Types the expressions and elements of one POU; without a name only globals are visible.
 
-    ``body``: another one than that of the POU, of an action or a transition. It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
+    ``body``: another one than that of the POU, of an action or a transition.
+
+    It is an ``Environment``. Every method reports what is wrong to the ``diagnostics`` that it is
     given and returns None then.
     """
 

@@ -54,8 +54,8 @@ class ChartBuilder(FileBuilder):
         (word, name, priority), _, sources, _, targets = values[:5]
         condition = values[6] if len(values) == 8 else ast.LadderBody((), self.span(word, values[-1]))
         return sfc.Transition(
-            None if name is None else self.declared(name), priority, tuple(sources), tuple(targets), condition,
-            self.span(word, values[-1]), None if name is None else self.span(name, name))
+            None if name is None else self.declared(name), priority, tuple(sources), tuple(targets),
+            condition, self.span(word, values[-1]), None if name is None else self.span(name, name))
 
     def transition_head(self, values: Values) -> tuple[int, int | None, int | None]:
         """The word, the name, the priority."""

@@ -85,6 +85,7 @@ class _Reader:
             word = cut(self.tokens.text(begin)).upper()
             near = difflib.get_close_matches(word, STARTS, 1, 0.75) if self.types[begin] == "NAME" else ()
             self.findings.outside_of_chart(begin, near[0] if near else "")
+            self.at += bool(near) and self._kind() in ENDS
 
     def _head(self, symbol: str):
         """``STEP name:`` or ``ACTION name:``, as far as it goes."""

@@ -1,4 +1,4 @@
-"""Sequential function charts as they were written (IEC 61131-3, 2nd edition, 2.6), each part with its span."""
+"""Sequential function charts as they were written (IEC 61131-3, 2nd edition, 2.6), with spans."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from ldc.parser.plcopen.structured import statements
 from ldc.parser.reader import parse_expression
 from ldc.source import Span
 
-# Attributes of steps in one vendor's exports: the POU's action that is executed while the step is active, when
-# it begins, when it ends; and whether the element is left out.
+# Attributes of steps in one vendor's exports: the POU's action that is executed while the step is active,
+# when it begins, when it ends; and whether the element is left out.
 _STEP_ACTIONS = {"700a583f-b4d4-43e4-8c14-629c7cd3bec8": "N", "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8": "P1",
                  "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd": "P0"}
 _EXCLUDED = "01580b27-6378-448b-8ecb-0e4b795b58d6"
@@ -43,6 +43,12 @@ class Parts:
         for key, node in self._actions.items():
             self._names[key] = self.fresh(texts.label(node.get("name"), "action"))
 
+    def _unsupported(self, span: Span, message: str, label: str, help: str) -> None:
+        findings.unsupported(self.diagnostics, span, f"{self.where}: {message}", label, help)
+
+    def _malformed(self, span: Span, message: str, help: str) -> None:
+        findings.malformed(self.diagnostics, span, f"{self.where}: {message}", help)
+
     def fresh(self, wanted: str) -> str:
         """A name that nothing in the POU has."""
         name, number = wanted, 1
@@ -64,8 +70,8 @@ class Parts:
             if node.tag in _GRAPHICAL:
                 return self.drawn(node, name)
             if node.tag == "SFC":
-                findings.unsupported(self.diagnostics, node.span, f"{self.where}.{name} is a chart inside of a chart",
-                                     "an SFC", "make it a function block, and call that")
+                self._unsupported(node.span, f"{name} is a chart inside of a chart", "an SFC",
+                                  "make it a function block, and call that")
                 return None
         return ast.LadderBody((), Span(holder.span.source, holder.stop, holder.stop))
 
@@ -79,10 +85,9 @@ class Parts:
                  for ref in block.descendants("reference")}
         for key in self._quiet & named:
             self._quiet.discard(key)
-            findings.unsupported(
-                self.diagnostics, self._actions[key].span if key in self._actions else self.body.span,
-                f"{self.where}: `{key}` is the action of a step by itself and in an action block", "one of two",
-                "only the second is executed once more at its end: make two actions of it")
+            span = self._actions[key].span if key in self._actions else self.body.span
+            self._unsupported(span, f"`{key}` is the action of a step by itself and in an action block",
+                              "one of two", "only the second is executed once more at its end: make it two")
         made = []
         for key, node in self._actions.items():
             holder, name = node.find("body"), self._names[key]
@@ -96,13 +101,14 @@ class Parts:
         """A body that does nothing in its final execution: ``RETURN`` unless ``action.Q``."""
         on = ast.Member(ast.Name(name, span), "Q", span)
         if isinstance(body, st.StatementBody):
-            leaves = st.If((st.Arm(ast.Unary("NOT", on, span), (st.Leave("RETURN", span),), span),), None, span)
+            arm = st.Arm(ast.Unary("NOT", on, span), (st.Leave("RETURN", span),), span)
+            leaves = st.If((arm,), None, span)
             return replace(body, statements=(leaves, *body.statements))
         if isinstance(body, ast.LadderBody):
             path = ast.Path((ast.Contact("/", on, span), ast.Jump("RETURN", span)), span)
             return replace(body, rungs=(ast.Rung(None, None, (path,), span), *body.rungs))
-        findings.unsupported(self.diagnostics, span, f"{self.where}: the action `{name}` of a step is Instruction List",
-                             "in IL", "write it in Structured Text or as a ladder")
+        self._unsupported(span, f"the action `{name}` of a step is Instruction List", "in IL",
+                          "write it in Structured Text or as a ladder")
         return body
 
     # ---- steps
@@ -114,12 +120,10 @@ class Parts:
                 action = ast.Name(self._names.get(name.upper(), name), span)
                 found[id_].append(sfc.Association(action, qualifier, None, (), span))
         for block in self.body.all("actionBlock"):
-            point = block.find("connectionPointIn")
-            wires = [wire.get("refLocalId").strip() for wire in point.all("connection")] if point is not None else []
-            owners = [id_ for id_ in wires if id_ in found]
+            wires = [wire for point in block.all("connectionPointIn") for wire in point.all("connection")]
+            owners = [id_ for wire in wires if (id_ := wire.get("refLocalId").strip()) in found]
             if not owners:
-                findings.malformed(self.diagnostics, block.span, f"{self.where}: an action block is at no step",
-                                   "connect it to its step")
+                self._malformed(block.span, "an action block is at no step", "connect it to its step")
             for node in block.all("action"):
                 association = self._association(node, self._steps[owners[0]]) if owners else None
                 for id_ in owners if association is not None else ():
@@ -140,21 +144,21 @@ class Parts:
                 if node.get("guid") in _STEP_ACTIONS and text:
                     yield _STEP_ACTIONS[node.get("guid")], text, node.content
                 elif node.get("guid") == _EXCLUDED and text.upper() == "TRUE":
-                    findings.unsupported(self.diagnostics, step.span, f"{self.where}: a step is excluded", "left out",
-                                         "delete it in the editor that the file comes from")
+                    self._unsupported(step.span, "a step is excluded", "left out",
+                                      "delete it in the editor that the file comes from")
 
     def _association(self, node: Node, step: Node) -> sfc.Association | None:
         qualifier = node.get("qualifier").strip().upper() or "N"
         if qualifier not in sfc.QUALIFIERS:
-            findings.unsupported(self.diagnostics, node.span, f"{self.where}: the qualifier {qualifier[:20]} of an action",
-                                 "not of the standard", f"use one of {', '.join(sfc.QUALIFIERS)}")
+            self._unsupported(node.span, f"the qualifier {qualifier[:20]} of an action",
+                              "not of the standard", f"use one of {', '.join(sfc.QUALIFIERS)}")
             return None
         time = None
         if qualifier in sfc.TIMED:
             time = self._time(node)
             if time is None:
-                findings.malformed(self.diagnostics, node.span, f"{self.where}: an action with {qualifier} has no duration",
-                                   "write a time, for example T#2s, beside the qualifier")
+                self._malformed(node.span, f"an action with {qualifier} has no duration",
+                                "write a time, for example T#2s, beside the qualifier")
                 return None
         action = self._action(node, step)
         indicator = node.attribute("indicator")
@@ -176,8 +180,7 @@ class Parts:
                 return ast.Name(self._names[key], reference.attribute("name"))
             return texts.expression(reference.attribute("name"), self.diagnostics)
         if inline is None:
-            findings.malformed(self.diagnostics, node.span, f"{self.where}: an action block names no action",
-                               "name an action or a variable")
+            self._malformed(node.span, "an action block names no action", "name an action or a variable")
             return None
         name = self.fresh(f"{texts.label(step.get('name'), 'step')}_action")
         body = self._body(inline, name)
@@ -194,8 +197,7 @@ class Parts:
         reference = condition.find("reference") if condition is not None else None
         inline = condition.find("inline") if condition is not None else None
         if reference is None and inline is None:
-            findings.malformed(self.diagnostics, node.span, f"{self.where}: a transition has no condition",
-                               "give it one, or TRUE")
+            self._malformed(node.span, "a transition has no condition", "give it one, or TRUE")
             return None, None
         if inline is not None:
             name, holder = texts.label(inline.get("name"), f"transition_{number}"), inline
@@ -208,19 +210,20 @@ class Parts:
                 return _maybe_not(found, condition), None
         text = _one_expression(holder)
         if text is not None:
-            return _maybe_not(parse_expression(text.source, text.start, text.end, self.diagnostics), condition), None
+            found = parse_expression(text.source, text.start, text.end, self.diagnostics)
+            return _maybe_not(found, condition), None
         body = self._body(holder, name)
         return (None, None) if body is None else self._named(body, name, condition)
 
     def _named(self, body: sfc.Body, name: str, condition: Node) -> tuple[sfc.Body | None, str]:
-        """A body that sets the variable with the transition's own name, which several transitions may share."""
+        """A body that sets the variable with the name of the transition."""
         if condition.flag("negated"):
-            findings.unsupported(self.diagnostics, condition.span, f"{self.where}: the condition {name} is negated",
-                                 "negated", "negate it inside of its body")
+            self._unsupported(condition.span, f"the condition {name} is negated", "negated",
+                              "negate it inside of its body")
         if name.upper() in self._taken:
-            findings.unsupported(self.diagnostics, condition.span, f"{self.where}: the condition {name} with a body is "
-                                 "used twice, or has the name of a variable", "used here",
-                                 "write it as one expression, or copy it under another name")
+            self._unsupported(condition.span, f"the condition {name} with a body is used twice, or has the "
+                              "name of a variable", "used here",
+                              "write it as one expression, or copy it under another name")
             return None, name
         self._taken.add(name.upper())
         return body, name

@@ -37,19 +37,23 @@ class ChartReader:
                 self._known(node)
             elif node.tag not in _NOTES:
                 self.unread.add(node.get("localId").strip())
-                findings.unsupported(diagnostics, node.span, f"{where}: <{node.tag[:40]}> is not read in a chart",
-                                     "drawn here", "draw the steps that it stands for")
+                message = f"{where}: <{node.tag[:40]}> is not read in a chart"
+                findings.unsupported(diagnostics, node.span, message, "drawn here",
+                                     "draw the steps that it stands for")
         steps = {node.get("localId").strip(): node for node in body.all("step")}
         self.parts = Parts(pou, body, steps, where, self._drawn, diagnostics)
         found = [holder for tag in ("actions", "transitions") for holder in pou.all(tag)]
         ends = [(node.start, node.end) for node in (*found, body)]
         self.span = Span(body.span.source, min(start for start, _ in ends), max(end for _, end in ends))
 
+    def _malformed(self, span: Span, message: str, help: str = "") -> None:
+        findings.malformed(self.diagnostics, span, f"{self.where}: {message}", help)
+
     def _known(self, node: Node) -> None:
         id_ = node.get("localId").strip()
         if not id_ or id_ in self.nodes:
             what = f"two elements have the localId {id_[:20]}" if id_ else f"a {node.tag} has no localId"
-            findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
+            self._malformed(node.span, what)
         else:
             self.nodes[id_] = node
 
@@ -91,21 +95,23 @@ class ChartReader:
                 if self.unread:  # it may have led there
                     continue
                 why = "no step is above it" if not sources else "it leads to no step"
-                findings.malformed(self.diagnostics, node.span, f"{self.where}: a transition is not connected: {why}",
-                                   "connect it in the editor that the file comes from")
+                self._malformed(node.span, f"a transition is not connected: {why}",
+                                "connect it in the editor that the file comes from")
                 continue
-            priority = node.number("priority") if node.get("priority").strip() and len(priorities) > 1 else None
+            given = bool(node.get("priority").strip()) and len(priorities) > 1
+            priority = node.number("priority") if given else None
             condition, name = self._condition(node, number)
             if condition is not None:
-                yield sfc.Transition(name, priority, tuple(sources), tuple(leads), condition, node.whole, node.span)
+                yield sfc.Transition(name, priority, tuple(sources), tuple(leads), condition, node.whole,
+                                     node.span)
 
     def _position(self, node: Node) -> int:
         at = node.find("position")
         return at.number("x") if at is not None else 0
 
     def _wrong(self, node: Node, above: Node, wanted: str) -> None:
-        findings.malformed(self.diagnostics, node.span, f"{self.where}: above a {node.tag} stands {wanted}, not a "
-                           f"{above.tag}", "steps and transitions alternate: draw the chart again")
+        self._malformed(node.span, f"above a {node.tag} stands {wanted}, not a {above.tag}",
+                        "steps and transitions alternate: draw the chart again")
 
     # ---- upwards
 
@@ -122,8 +128,8 @@ class ChartReader:
                                              f"{node.get('localId')[:20]}", f"the element {id_[:20]}")
 
     def _above(self, node: Node) -> Iterator[Node]:
-        """Steps and transitions above an element, from left to right. Several above a transition wait for each
-        other, so a choice may only be joined above a step."""
+        """Steps and transitions above an element, from left to right. Several above a transition wait for
+        each other, so a choice may only be joined above a step."""
         seen: set[int] = set()
         work = list(self._wires(node))[::-1]
         while work:
@@ -177,8 +183,8 @@ class ChartReader:
                         work.append(found)
         children = [goal if n is node else n for n in self.body.children if id(n) in used]
         if any(n.tag in _CHART and n is not goal for n in children):
-            findings.malformed(self.diagnostics, node.span, f"{self.where}: the condition of a transition is wired "
-                               "to the chart itself", "wire it to contacts, blocks and variables")
+            self._malformed(node.span, "the condition of a transition is wired to the chart itself",
+                            "wire it to contacts, blocks and variables")
             return None, None
         drawing = Drawing(replace(self.body, children=children), self.where, self.more, self.diagnostics,
                           ("transition",))
