@@ -8,6 +8,8 @@ from functools import cache
 from importlib.resources import files
 
 from ldc.diagnostics import Diagnostics
+from ldc.library import blocks
+from ldc.library.functions import is_function
 from ldc.parser import ast, reader
 from ldc.parser.lexer import KEYWORDS
 from ldc.source import SourceFile, Span
@@ -66,22 +68,24 @@ class Names:
         self._taken: set[str] = set()
         self._last: dict[str, int] = {}
 
-    def name(self, foreign: str, span: Span, key: str | None = None) -> str:
+    def name(self, foreign: str, span: Span, key: str | None = None, pou: bool = False) -> str:
         """The identifier for a name; the same one for the same ``key`` (the name itself in capitals)."""
         key = foreign.upper() if key is None else key
         made = self._made.get(key)
         if made is None:
-            made = self._made[key] = self.fresh(foreign)
+            made = self._made[key] = self.fresh(foreign, pou)
             if made != foreign:
                 self.reading.remark("renamed", foreign, made, span)
         return made
 
-    def fresh(self, wanted: str) -> str:
-        """An identifier like ``wanted`` that nothing else has."""
+    def fresh(self, wanted: str, pou: bool = False) -> str:
+        """An identifier like ``wanted`` that nothing else has; for a ``pou``, no function or block of the
+        standard either."""
         base = _NOT_IN_NAMES.sub("_", wanted[:_LONGEST]).strip("_") or "unnamed"
         if base[0].isdigit():
             base = f"n{base}"
-        if base.upper() in _RESERVED or base.upper().startswith("_LDC"):
+        standard = pou and (is_function(base) or base.upper() in blocks.names())
+        if standard or base.upper() in _RESERVED or base.upper().startswith("_LDC"):
             base = f"{base}_"
         made, number = base, self._last.get(base.upper(), 1)
         while made.upper() in self._taken or made.upper() in _RESERVED:

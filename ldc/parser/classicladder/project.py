@@ -15,13 +15,13 @@ from ldc.parser.classicladder.paths import paths
 from ldc.parser.classicladder.sequential import Pages
 from ldc.parser.classicladder.settings import LADDER, SEQUENTIAL, Section, Settings, settings
 from ldc.parser.classicladder.steps import RAIL, Drawing, Step
-from ldc.parser.classicladder.variables import STEP_TIME, Variables
+from ldc.parser.classicladder.variables import PRESETS, STEP_TIME, Variables
 from ldc.parser.foreign import Names, Reading
 from ldc.source import SourceFile, Span
 
 MAX_RUNGS = 10_000
 _RUNG = re.compile(r"rung_(\d{1,6})\.csv\Z")
-_STEP_TIME = re.compile(rf"@?{STEP_TIME}/(\d{{1,6}})")
+_VARIABLE = re.compile(r"(\d{1,4})/(\d{1,6})", re.ASCII)
 _OUTSIDE = {"ioconf.csv": "which terminals the inputs and outputs are", "modbusioconf.csv": "a Modbus connection"}
 
 
@@ -51,12 +51,16 @@ class _Writer:
         self.reading = reading
         self.settings: Settings = settings(reading, found)
         names = Names(reading)
-        self.name = names.fresh(PurePath(reading.source.path).stem)
+        self.name = names.fresh(PurePath(reading.source.path).stem, pou=True)
         self.variables = Variables(reading, self.settings, names)
         lines = [line.text for line in self.settings.expressions.values()]
         self.variables.indexed = {int(kind) for text in lines for kind in INDEX.findall(text)}
-        self.timed = {int(number) for text in lines for number in _STEP_TIME.findall(text)}
+        named = {(int(kind), int(number)) for text in lines for kind, number in _VARIABLE.findall(text)}
+        self.timed = {number for kind, number in named if kind == STEP_TIME}
         self.drawn = self._drawn(found)
+        named |= {(c.variable, c.offset) for rung in self.drawn.values() for c in rung.cells.values()
+                  if grid.OPEN <= c.type <= grid.FALLING}
+        self.variables.presets = {(PRESETS[kind], number) for kind, number in named if kind in PRESETS}
         self.span = Span(reading.source, 0, len(reading.source.text))
         self.head = reading.span(0, len(reading.source.line(1)))
 
@@ -78,7 +82,7 @@ class _Writer:
         subroutines: dict[int, str] = {}
         for section in sections:
             if section.subroutine >= 0:
-                name = variables.names.name(section.name, section.span, f"section {section.number}")
+                name = variables.names.name(section.name, section.span, f"section {section.number}", pou=True)
                 if section.subroutine in subroutines:
                     self.reading.malformed(section.span, f"there are two subroutines {section.subroutine}")
                 subroutines.setdefault(section.subroutine, name)

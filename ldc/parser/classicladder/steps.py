@@ -64,10 +64,10 @@ class Drawing:
         kept = _alive(self.steps)
         alive = {id(step) for step in kept}
         for step in self.steps:
-            if not step.wire and id(step) not in alive:
+            if not step.wire and id(step) not in alive and not self.variables.reading.lost:
                 self.variables.reading.left_out(step.span, f"{step.text} in rung {self.drawn.number}",
                                                 "its power leads nowhere")
-        return _unfed(_wired(kept))
+        return _wired(_unfed(kept))
 
     # ---- nets
 
@@ -154,6 +154,7 @@ class Drawing:
             if place.type != "BOOL" or not place.writable:
                 self.variables.reading.unsupported(cell.span, f"a coil of the variable {place.text}",
                                                    "coils write %B, %Q, %I, %E and %X")
+                return
             self._add(cell, f"({_COILS[cell.type]}{place.text})", head, None, writes={base(place.text)}, acts=True)
         elif cell.type == grid.JUMP:
             self._add(cell, "", head, None, acts=True, jump=cell.offset)

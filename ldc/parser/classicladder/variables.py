@@ -26,7 +26,7 @@ _PARTS = {10: ("T", "DONE", "BOOL"), 11: ("T", "RUNNING", "BOOL"), 15: ("TM", "Q
           20: ("M", "RUNNING", "BOOL"), 25: ("C", "DONE", "BOOL"), 26: ("C", "EMPTY", "BOOL"),
           27: ("C", "FULL", "BOOL"), 231: ("T", "VALUE", "DINT"), 241: ("M", "VALUE", "DINT"),
           261: ("TM", "VALUE", "DINT")}
-_PRESETS = {230: "T", 240: "M", 250: "C", 260: "TM"}
+PRESETS = {230: "T", 240: "M", 250: "C", 260: "TM"}
 _COUNT = 251
 BLOCKS = {"T": "timer", "M": "monostable", "C": "counter", "TM": "timer_iec"}
 
@@ -58,13 +58,15 @@ class Declared:
 
 @dataclass(slots=True)
 class Variables:
-    """All variables of a project. ``used``: those of the POU that is being read, by name; ``symbols``: the
+    """All variables of a project. ``indexed``: types that an index chooses from; ``presets``: those that an
+    expression or a contact names; ``used``: variables of the POU that is being read, by name; ``symbols``: the
     variables whose symbols gave a name."""
 
     reading: Reading
     settings: Settings
     names: Names
     indexed: set[int] = field(default_factory=set)
+    presets: set[tuple[str, int]] = field(default_factory=set)
     found: dict[tuple, Declared] = field(default_factory=dict)
     used: dict[str, Declared] = field(default_factory=dict)
     blocks: dict[str, ast.Pou] = field(default_factory=dict)
@@ -83,8 +85,8 @@ class Variables:
         if kind in _PARTS:
             letters, pin, type_ = _PARTS[kind]
             return Place(f"{self.instance(letters, offset, span)}.{pin}", type_, False)
-        if kind in _PRESETS:
-            return Place(self.preset(_PRESETS[kind], offset, span, True), "DINT")
+        if kind in PRESETS:
+            return Place(self.preset(PRESETS[kind], offset, span), "DINT")
         if kind == _COUNT:
             return Place(self.count(offset, span), "DINT")
         self.reading.unsupported(span, f"the variable type {kind}", "see docs/import-classicladder.md")
@@ -113,14 +115,16 @@ class Variables:
         self.reading.malformed(span, f"%{letters}{number} has no row in the table of presets")
         return Preset(1_000, 0, 0, span)
 
-    def preset(self, letters: str, number: int, span: Span, variable: bool = False) -> str:
-        """The preset in units of the base: a number, or a variable when an expression names it."""
+    def preset(self, letters: str, number: int, span: Span) -> str:
+        """The preset in units of the base: a number, or a variable when something names it."""
         row = self.table(letters, number, span)
+        if (letters, number) not in self.presets:
+            return str(row.preset)
         key = (letters, number, "preset")
-        if variable and key not in self.found:
+        if key not in self.found:
             name = self.names.fresh(f"{letters}{number}_preset")
             self.found[key] = Declared(name, "DINT", span, str(row.preset))
-        return self._use(key) if key in self.found else str(row.preset)
+        return self._use(key)
 
     def count(self, number: int, span: Span) -> str:
         key = ("C", number, "value")

@@ -76,7 +76,7 @@ class _Writer:
         cycle = _CYCLE.match(text.settings.get("CYCLE", ("", None))[0])
         self.cycle = int(cycle[0]) if cycle else 0
         names = Names(reading)
-        self.name = names.fresh(PurePath(reading.source.path).stem)
+        self.name = names.fresh(PurePath(reading.source.path).stem, pou=True)
         periods = {leaf.span.start: self._period(leaf) for rung in text.rungs for leaf in rung.leaves()
                    if leaf.word in (*_TIMERS, "TIME2COUNT") and len(leaf.args) > 1}
         variables = Variables(reading, text, names, limits(text, periods))
@@ -116,7 +116,7 @@ class _Writer:
         bodies = self._bodies()
         blocks = []
         for name, rungs, span in bodies[1:]:
-            self.context.subprograms[name] = self.context.names.name(name, span, f"SUBPROG {name}")
+            self.context.subprograms[name] = self.context.names.name(name, span, f"SUBPROG {name}", pou=True)
         written = [self._body(rungs, not index) for index, (_, rungs, _) in enumerate(bodies)]
         context, shared = self.context, len(bodies) > 1
         for (label, _, span), (rungs, body, _) in zip(bodies[1:], written[1:], strict=True):
