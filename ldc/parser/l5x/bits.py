@@ -64,7 +64,7 @@ def _osf(w: Writer, i: Instruction) -> list[ast.Item]:
     w.start(storage, (), False)
     w.start(output, (), False)
     block = w.block(w.support.use("logix_osf"), i.span, [("storage", storage.expr)], "power", "OUT",
-                    [("out", output.expr)])
+                    [("fell", output.expr)])
     return [block, w.coil(storage, i.span)]
 
 

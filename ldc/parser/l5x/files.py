@@ -81,7 +81,7 @@ def _fill(w: Writer, i: Instruction) -> list[ast.Item]:
     return [w.block(name, i.span, pins)]
 
 
-def _control(w: Writer, i: Instruction, at: int) -> tuple[Value, str] | None:
+def control_of(w: Writer, i: Instruction, at: int) -> tuple[Value, str] | None:
     """The CONTROL operand with its length and position behind it, which are values at the start."""
     found = w.structure(i.operands[at], "CONTROL")
     if found is None:
@@ -108,7 +108,7 @@ def _whole_array(w: Writer, text: Span, name: str, element: Type | None = None) 
 
 def _load(w: Writer, i: Instruction) -> list[ast.Item]:
     source, found = w.read(i.operands[0]), _whole_array(w, i.operands[1], i.name)
-    control = _control(w, i, 2)
+    control = control_of(w, i, 2)
     if source is None or found is None or control is None:
         return []
     w.start(control[0], ("EN",), True)
@@ -121,7 +121,7 @@ def _load(w: Writer, i: Instruction) -> list[ast.Item]:
 
 def _unload(w: Writer, i: Instruction) -> list[ast.Item]:
     """What is taken out goes to the destination where the controller says so: under power, at its rise."""
-    found, target, control = _whole_array(w, i.operands[0], i.name), w.place(i.operands[1]), _control(w, i, 2)
+    found, target, control = _whole_array(w, i.operands[0], i.name), w.place(i.operands[1]), control_of(w, i, 2)
     if target is None or found is None or control is None:
         return []
     w.start(control[0], ("EU",), True)

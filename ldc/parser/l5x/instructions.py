@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ldc.parser import ast
-from ldc.parser.l5x import bits, compute, control, files, process, texts, timing
+from ldc.parser.l5x import bits, compute, control, files, loops, process, texts, timing
 from ldc.parser.l5x.neutral import Instruction
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Row:
 
 TABLE: dict[str, Row] = {
     name: Row(least, most, write)
-    for module in (bits, timing, compute, control, files, texts, process)
+    for module in (bits, timing, compute, control, files, loops, texts, process)
     for name, (least, most, write) in module.TABLE.items()
 }
 _HELP = {

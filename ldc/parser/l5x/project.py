@@ -65,7 +65,7 @@ class _Reader:
                                               self.context)
         structures = [*self.declared, *(s for s in self.context.types.used if s not in self.declared)]
         declarations = tuple(types.declaration(s) for s in structures)
-        return ast.File(self.reading.source, (*self.context.support.pous(), *pous), declarations, self._globals(),
+        return ast.File(self.reading.source, (*self.context.support.pous(), *self.context.made, *pous), declarations, self._globals(),
                         configurations, (), False, tuple(self.reading.remarks))
 
     # ---- types

@@ -31,7 +31,7 @@ RETURN = "RETURN"
 
 @dataclass(slots=True)
 class Context:
-    """What the parts of one file share."""
+    """What the parts of one file share. ``made``: POUs that single instructions needed."""
 
     reading: Reading
     names: Names
@@ -39,6 +39,7 @@ class Context:
     globals: Globals
     support: Support
     addons: dict[str, AddOn] = field(default_factory=dict)
+    made: list[ast.Pou] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +62,14 @@ class Writer:
         self.externals = Externals()
         self.operands = Operands(context.reading, scope, context.globals, self.externals, context.support)
         self.locals: dict[str, ast.VarDecl] = {}
-        self.more: list[ast.Pou] = []
         self.labels: dict[str, str] = {}
         self.zone: str | None = None
+
+    def inside(self) -> Writer:
+        """For a POU that works on the same tags."""
+        other = Writer(self.context, self.scope, self.kind, self.leave, self.routines, self.owner)
+        other.operands.scan = self.operands.scan
+        return other
 
     # ---- operands
 
