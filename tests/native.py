@@ -1,0 +1,29 @@
+"""Native machines for tests: compiled by gcc without optimisation, kept in the user's cache of objects."""
+
+from __future__ import annotations
+
+import pytest
+
+from ldc.backends.c import emit, gcc
+from ldc.components import toolchain
+from ldc.diagnostics import Diagnostics
+from ldc.il import block
+from ldc.il.layout import lay_out
+from ldc.il.program import Program
+from runtime.native.library import Code
+from runtime.native.machine import Machine
+
+QUICK = tuple("-O0" if flag == "-O1" else flag for flag in gcc.FLAGS)
+
+needs_gcc = pytest.mark.skipif(toolchain.find(toolchain.GCC) is None, reason="gcc is not installed")
+
+
+def built(program: Program, flags: tuple[str, ...] = QUICK) -> Code:
+    """The native code of the first resource."""
+    plan = emit.plan(block.make(program, lay_out(program)), flags)
+    made = gcc.build(plan, gcc.find_compiler(Diagnostics()))
+    return Code(made.path, plan.block, plan.map)
+
+
+def machine(program: Program, period_ns: int | None = None, flags: tuple[str, ...] = QUICK) -> Machine:
+    return Machine(program, 0, period_ns, native=built(program, flags))
