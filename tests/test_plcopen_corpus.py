@@ -9,7 +9,7 @@ import pytest
 from ldc.pipeline import compile_paths
 
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "corpus" / "plcopen"
-COMPILE = 7
+COMPILE = 8
 
 
 def test_files_of_others() -> None:

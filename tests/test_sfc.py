@@ -114,8 +114,9 @@ def test_a_simultaneous_convergence_waits_for_all() -> None:
 
 
 def test_a_step_that_leads_to_itself_begins_anew() -> None:
-    text = program("INITIAL_STEP A: pulse(P1); ends(P0); END_STEP TRANSITION FROM A TO A := go; END_TRANSITION"
-                   " ACTION pulse: n := n + 1; END_ACTION ACTION ends: k := k + 1; END_ACTION")
+    text = program("INITIAL_STEP A: pulse(P1); ends(P0); END_STEP "
+                   "TRANSITION FROM A TO A := go; END_TRANSITION ACTION pulse: n := n + 1; END_ACTION "
+                   "ACTION ends: k := k + 1; END_ACTION")
     assert trace(text, "n k", {"go": "00110"}) == ["1 1 2 3 3", "0 0 1 2 2"]
     found = machine(text)
     for _ in range(3):
@@ -140,8 +141,8 @@ def test_a_condition_is_computed_only_while_its_steps_are_active() -> None:
 
 
 def test_charts_beside_each_other_run_on_their_own() -> None:
-    text = program("INITIAL_STEP A: END_STEP STEP B: END_STEP INITIAL_STEP C: END_STEP STEP D: END_STEP " + TWO
-                   + "TRANSITION FROM C TO D := x; END_TRANSITION "
+    text = program("INITIAL_STEP A: END_STEP STEP B: END_STEP " + TWO
+                   + "INITIAL_STEP C: END_STEP STEP D: END_STEP TRANSITION FROM C TO D := x; END_TRANSITION "
                    "TRANSITION FROM D TO C := TRUE; END_TRANSITION")
     assert trace(text, "A.X C.X", {"go": "0100", "x": "0010"}) == ["1000", "1101"]
     assert codes(text) == []
@@ -197,8 +198,8 @@ def test_set_and_reset_of_an_action() -> None:
 
 def test_reset_wins_over_every_other_qualifier() -> None:
     text = program("INITIAL_STEP A: q(R); END_STEP STEP B: END_STEP STEP C: q(N); q(S); q(P1); END_STEP "
-                   "STEP Z: q(R); END_STEP TRANSITION FROM A TO (C, Z) := go; END_TRANSITION TRANSITION FROM Z TO B := x;"
-                   "END_TRANSITION")
+                   "STEP Z: q(R); END_STEP TRANSITION FROM A TO (C, Z) := go; END_TRANSITION "
+                   "TRANSITION FROM Z TO B := x; END_TRANSITION")
     assert trace(text, "q", {"go": "0100000", "x": "0001000"}) == ["0001111"]
 
 

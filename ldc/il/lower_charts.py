@@ -10,12 +10,13 @@ from dataclasses import replace
 
 from ldc.il.emit import Emitter
 from ldc.il.lower_statements import lower_together
-from ldc.il.program import Instr, RungCode
+from ldc.il.program import COMPARISON, Instr, RungCode
 from ldc.model.chart_control import Control, Guarded
 from ldc.symbols import Variable
 from ldc.types import BOOL
 
 _RETURNS = {"RET": "JMP", "RETC": "JMPC", "RETCN": "JMPCN"}
+_LOADS = frozenset(("LD", "LDN", "AND", "ANDN", "OR", "ORN", "XOR", "XORN", "NOT", "ST", "STN", "S", "R", "FN"))
 _NAMED = frozenset(("JMP", "JMPC", "JMPCN", "LABEL"))
 
 
@@ -48,7 +49,7 @@ class ChartCode:
         for code in self._own(body, key, end):
             self._add(code)
         self._label = end
-        if part.result is not None and body:
+        if part.result is not None and body and _leaves_bool(body[-1].code):
             last = self.rungs[-1]
             store = Instr("ST", part.result, BOOL, span=part.span)
             self.rungs[-1] = replace(last, code=(*last.code, store))
@@ -92,3 +93,20 @@ class ChartCode:
         for code in body:
             label = code.label and renamed.get(code.label.upper(), code.label)
             yield replace(code, code=tuple(map(own, code.code)), label=label)
+
+
+def _leaves_bool(code: Sequence[Instr]) -> bool:
+    """Whether the accumulator surely holds a BOOL at the end of the code."""
+    if not code:
+        return False
+    last = code[-1]
+    if last.op in COMPARISON:
+        return True
+    if last.op != ")":
+        return last.op in _LOADS and last.type == BOOL
+    depth = 0
+    for instr in reversed(code):
+        depth += (instr.op == ")") - (instr.op[-1] == "(")
+        if depth == 0:
+            return instr.op[:-1] in COMPARISON or instr.type == BOOL
+    return False

@@ -37,7 +37,7 @@ class Control:
 @dataclass(frozen=True, slots=True)
 class Guarded:
     """A body that is executed when ``when`` is TRUE; RETURN in it leads behind it. ``result``: the variable
-    that takes the accumulator at the end of Instruction List, when the body is that of a transition."""
+    that takes a BOOL accumulator at the end of Instruction List, when the body is that of a transition."""
 
     title: str
     when: Expr
@@ -147,8 +147,9 @@ def _transition(transition: Transition) -> Iterator[Part]:
         yield Control(title, (_if(_all(enabled), (_if(condition, fires, span),), span),), node.span)
         return
     result = names.load(node.name)
+    taken = result.place if isinstance(condition, ast.TextBody) else None
     yield Control(title, (_set(node.name, FALSE, span),), span)
-    yield Guarded(f"condition of {title}", _all(enabled), condition, node.span, result.place)
+    yield Guarded(f"condition of {title}", _all(enabled), condition, node.span, taken)
     yield Control(title, (_if(result, fires, span),), span)
 
 
