@@ -112,8 +112,10 @@ def _compiled(sources: Sources) -> pipeline.Compiled:
 def _sources(paths: list[str]) -> Sources:
     """A descriptor stands for itself in the project around it; everything else as for other commands."""
     diagnostics = Diagnostics()
+    bare = [Path(p) for p in paths if Path(p).is_dir() and not (Path(p) / NAME).is_file()]
     descriptors = [Path(p) for p in paths if p.lower().endswith(SUFFIX)]
-    others = [p for p in paths if not p.lower().endswith(SUFFIX)]
+    descriptors += [path for folder in bare for path in find.in_folder(folder, deep=True)]
+    others = [p for p in paths if not p.lower().endswith(SUFFIX) and Path(p) not in bare]
     if not paths and (Path(NAME).is_file() or not find.in_folder(Path("."), deep=True)):
         others = ["."]
     elif not paths:

@@ -194,6 +194,14 @@ class _Remap(c_ast.NodeVisitor):
         self.generic_visit(node)
         self.depth -= 1
 
+    def visit_Struct(self, node: c_ast.Struct | c_ast.Union) -> None:
+        """Members are no data of their own."""
+        self.depth += 1
+        self._children(node)
+        self.depth -= 1
+
+    visit_Union = visit_Struct
+
     def visit_Decl(self, node: c_ast.Decl) -> None:
         data = not isinstance(node.type, c_ast.FuncDecl) and node.name is not None
         lasting = "static" in node.storage or self.depth == 0 and "extern" not in node.storage

@@ -1,8 +1,0 @@
-#include "ramp.h"
-
-void ramp(const ramp_in *in, ramp_out *out, ramp_state *state, uint32_t dt_us)
-{
-    (void)state;
-    (void)dt_us;
-    out->value = in->target;
-}

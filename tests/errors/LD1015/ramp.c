@@ -1,9 +1,0 @@
-#include "ramp.h"
-
-void ramp(const ramp_in *in, ramp_out *out, ramp_state *state, uint32_t dt_us)
-{
-    (void)state;
-    (void)dt_us;
-    PLC_M(alram) = true;
-    out->value = in->target;
-}
