@@ -106,8 +106,9 @@ def test_a_choice_goes_from_left_to_right_or_by_priority() -> None:
     def choice(left: dict, right: dict) -> str:
         return chart(
             step(1, "A", None, True), joint(2, "selectionDivergence", 1),
-            way(3, 2, named("go"), (50, 10), **right), way(4, 2, named("x"), (20, 10), **left), step(5, "B", 3),
-            step(6, "C", 4), way(7, 5, named("back")), way(8, 6, named("back")), joint(9, "selectionConvergence", 7, 8), jump(10, "A", 9))
+            way(3, 2, named("go"), (50, 10), **right), way(4, 2, named("x"), (20, 10), **left),
+            step(5, "B", 3), step(6, "C", 4), way(7, 5, named("back")), way(8, 6, named("back")),
+            joint(9, "selectionConvergence", 7, 8), jump(10, "A", 9))
 
     given = {"go": "01001", "x": "01000", "back": "00100"}
     assert trace(choice({}, {}), "A.X B.X C.X", **given) == ["10110", "00001", "01000"]
@@ -191,7 +192,8 @@ def test_transitions_by_name_in_every_language(body: str) -> None:
 @pytest.mark.parametrize(("qualifier", "duration", "on"), [
     ("N", "", "01110000"), ("L", "T#20ms", "01100000"), ("L", "20ms", "01100000"),
     ("L", "PT0.02S", "01100000"), ("D", "T#20ms", "00010000"), ("D", "T#0s", "01110000"),
-    ("SD", "pause", "00011111"), ("SL", "T#40ms", "01111000"), ("S", "", "01111111"), ("P0", "", "00001000"), ("DS", "T#20ms", "00011111"),
+    ("SD", "pause", "00011111"), ("SL", "T#40ms", "01111000"), ("S", "", "01111111"),
+    ("P0", "", "00001000"), ("DS", "T#20ms", "00011111"),
 ])
 def test_qualifiers_and_durations(qualifier: str, duration: str, on: str) -> None:
     given = {"duration": duration} if duration else {}
@@ -213,7 +215,8 @@ def vendor(guid: str, action: str) -> str:
 @pytest.mark.parametrize("body", ["<ST>n := n + 1;</ST>", DRAWN])
 def test_what_one_vendor_puts_into_steps_has_no_final_execution(guid: str, on: str, body: str) -> None:
     text = chart(step(1, "A", None, True), way(2, 1, named("go")),
-                 step(3, "B", 2, more=vendor(guid, "count")), way(4, 3, named("back")), jump(5, "A", 4), actions={"count": body})
+                 step(3, "B", 2, more=vendor(guid, "count")), way(4, 3, named("back")), jump(5, "A", 4),
+                 actions={"count": body})
     assert trace(text, "n", go="0100000", back="0000100") == [on]
 
 
