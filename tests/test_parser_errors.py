@@ -118,7 +118,6 @@ def test_a_keyword_with_a_slip_is_guessed(text: str, word: str) -> None:
     ("PROGRAM p x := 5; END_PROGRAM", ["LD0101 expected RUNG or END_PROGRAM, found `x`"]),
     ("PROGRAM p VAR at : BOOL; int : INT; END_VAR END_PROGRAM",
      ["LD0116 `at` is a reserved word", "LD0116 `int` is a reserved word"]),
-    ("\n LDmicro0.2\nMICRO=x", ["LD0117 this is a file of LDmicro, which cannot be read yet"]),
     ("CONFIGURATION c TASK t (INTERVAL := T#1s); END_CONFIGURATION",
      ["LD0101 expected RESOURCE or END_CONFIGURATION, found `TASK`"]),
     ("FUNCTION f VAR_INPUT a : INT; END_VAR END_FUNCTION",

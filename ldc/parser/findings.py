@@ -153,11 +153,6 @@ class Findings:
         self._at("LD0116", f"`{word}` is a reserved word", index, "a name was expected here",
                  f"choose another name, for example `{word}_1`")
 
-    def other_format(self, span: Span, name: str) -> None:
-        help = "a later release reads it; for now, draw it in the .ld language"
-        self.diagnostics.error("LD0117", f"this is a file of {name}, which cannot be read yet", span,
-                               "by this it is known", help=help)
-
     def pragma(self, index: int) -> None:
         self._at("LD0118", "there are no pragmas in this language", index, "a `{` among declarations",
                  "remove it, or put it into a comment")
@@ -248,8 +243,9 @@ class Findings:
 
     def no_qualifier(self, span: Span) -> None:
         self.diagnostics.error("LD0137", f"`{cut(span.text)}` is no qualifier of an action", span,
-                               "N, S, R, P, P0, P1, L, D, SD, DS or SL", help="write for example `motor(N);` or "
-                               "`motor(D, T#2s);`; behind it stand a time and indicators, without names")
+                               "N, S, R, P, P0, P1, L, D, SD, DS or SL",
+                               help="write for example `motor(N);` or `motor(D, T#2s);`; behind it a time "
+                               "and indicators may stand, without names")
 
     def time_of_action(self, span: Span, qualifier: str, missing: bool) -> None:
         if missing:
@@ -257,7 +253,8 @@ class Findings:
         else:
             message = f"the qualifier {qualifier} has no time"
             help = "take the time away; L, D, SD, DS and SL have one"
-        self.diagnostics.error("LD0138", message, span, "no time behind it" if missing else "a literal", help=help)
+        label = "no time behind it" if missing else "a literal"
+        self.diagnostics.error("LD0138", message, span, label, help=help)
 
     def outside_of_chart(self, index: int, meant: str) -> None:
         help = f"did you mean `{meant}`?" if meant else (

@@ -7,7 +7,6 @@ bad rung or declaration gives its findings and is left out; the rest is read. Co
 from __future__ import annotations
 
 import difflib
-import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, charts, sfc, statements
@@ -22,8 +21,6 @@ _STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", "VAR_GLOBAL"))
 _ENDS = frozenset(f"END_{kind}" for kind in (*POUS, "TYPE", "CONFIGURATION", "RESOURCE", "VAR"))
 _STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK"}
 _LANGUAGES = {".st": "ST", ".il": "IL"}
-_LDMICRO = re.compile(r"\s*LDmicro\d")
-_JSON = ["END_VAR", "{", "TEXT", ":"]
 
 
 def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
@@ -34,8 +31,7 @@ def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     tokens = lex(source)
     reader = Reader(tokens, diagnostics)
     try:
-        if not reader.foreign():
-            reader.read()
+        reader.read()
     except TooMany:
         reader.units.lost = True
     comments = tuple(ast.Comment(source.text[a:b], Span(source, a, b)) for a, b in tokens.comments)
@@ -75,19 +71,6 @@ class Reader:
         """Whether a jump leads to a rung that was left out."""
         targets = (i + 1 for i, kind in enumerate(self.types) if kind == ">>" and i + 1 < len(self.types))
         return bool(self.lost_rungs) and any(self.tokens.text(i).upper() in self.lost_rungs for i in targets)
-
-    def foreign(self) -> bool:
-        """Report a format that others also call ``.ld``: LDmicro's, and JSON behind declarations."""
-        source, types = self.tokens.source, self.types
-        match = _LDMICRO.match(source.text)
-        if match:
-            self.findings.other_format(Span(source, match.end() - 8, match.end()), "LDmicro")
-            return True
-        for index, kind in enumerate(types):
-            if kind == "END_VAR" and types[index : index + 4] == _JSON:
-                self.findings.other_format(self.tokens.span(index + 1, index + 2), "OpenPLC 4")
-                return True
-        return False
 
     def read(self) -> None:
         types = self.types
