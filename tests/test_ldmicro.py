@@ -320,7 +320,7 @@ def test_names_differ_by_case() -> None:
     ("MOVE #PORTB 1", "LD0151 LDmicro: `#PORTB` as a variable is not supported"),
     ("CONTACTS ROverflowFlagV 0 0;COIL Yq 0 0 0 0",
      "LD0151 LDmicro: the overflow flag `ROverflowFlagV` is not supported"),
-    ("MOVE n", "LD0150 LDmicro: MOVE has 1 operands of 2"),
+    ("MOVE n", "LD0150 LDmicro: MOVE has 1 of 2 operands"),
     ("MOVE n 70000", "LD0150 LDmicro: 70000 has no place in 16 bits"),
     ("GOTO nowhere", "LD0150 LDmicro: there is no LABEL `nowhere` in this (sub)program"),
     ("TON Td 5000 0;COIL Yq 0 0 0 0", "LD0150 LDmicro: TON of 5000 us lasts 0 scans"),

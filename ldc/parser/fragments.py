@@ -6,8 +6,10 @@ The text is ours: names in it are legal, and what is wrong in it is a slip of th
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -15,9 +17,18 @@ from ldc.parser.lexer import lex
 from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
 
+_PLAIN = re.compile(r"(?:\[(?:(/)|([PN]) )?|\((?:(/)|([PNSR]) )?)(?!(?:TRUE|FALSE)\b)([A-Za-z_]\w*)[\])]", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
 
 def items(text: str, span: Span) -> tuple[ast.Item, ...]:
     """Elements in series: ``[a] { [b] | [c] } (d)``."""
+    plain = _PLAIN.fullmatch(text)
+    if plain:  # most elements are contacts and coils of a variable: no parser is needed
+        name = ast.Name(plain[5], span)
+        if text[0] == "[":
+            return (ast.Contact(plain[1] or plain[2] or "", name, span),)
+        return (ast.Coil(plain[3] or plain[4] or "", name, span),)
     rung = _parsed("rung", f"RUNG {text}")
     return _moved(rung.paths[0].items, span)
 
@@ -29,6 +40,8 @@ def expression(text: str, span: Span) -> ast.Expr:
 def variable(name: str, type_: str, span: Span, *, initial: str | None = None, location: str | None = None,
              note: str | None = None) -> ast.VarDecl:
     """A declaration: ``type_`` and ``initial`` as text."""
+    if initial is None and location is None and _NAME.fullmatch(type_):
+        return ast.VarDecl(name, None, ast.NamedType(type_, None, span), None, span, span, note)
     place = f" AT {location}" if location else ""
     value = f" := {initial}" if initial else ""
     (line,) = _parsed("var_line", f"{name}{place} : {type_}{value};")
@@ -47,6 +60,7 @@ def configuration(name: str, program: str, interval: str, span: Span) -> ast.Con
     return ast.Configuration(name, (), (ast.Resource("master", "master", (), (task,), (instance,), span),), span)
 
 
+@lru_cache(maxsize=1_000)
 def _parsed(symbol: str, text: str):
     diagnostics = Diagnostics()
     tokens = lex(SourceFile("fragment", text))

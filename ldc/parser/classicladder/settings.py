@@ -166,6 +166,7 @@ def _sequential(reading: Reading, part: Part, found: Settings) -> None:
             found.transitions[int(condition[1])].condition = (int(condition[2]), int(condition[3]))
         else:
             reading.malformed(line.span, f"sequential.csv: `{line.text[:40]}` is no step, transition or condition")
-    for transition in found.transitions.values():
+    for number, transition in list(found.transitions.items()):
         if any(step not in found.steps for step in (*transition.activates, *transition.deactivates)):
+            del found.transitions[number]
             reading.malformed(transition.span, "a transition leads from or to a step that does not exist")

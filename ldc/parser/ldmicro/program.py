@@ -294,7 +294,7 @@ class _Writer:
                                          "docs/import-ldmicro.md lists what is read")
             return []
         if len(leaf.args) < count:
-            self.reading.malformed(leaf.span, f"{leaf.word} has {len(leaf.args)} operands of {count}")
+            self.reading.malformed(leaf.span, f"{leaf.word} has {len(leaf.args)} of {count} operands")
             return []
         lost, self.reading.lost = self.reading.lost, False
         text = handler(self.context, leaf)
