@@ -18,7 +18,7 @@ from ldc.source import Span
 
 MAX_DEPTH = 100
 _TOKEN = re.compile(r"""\s*(?:
-    (?P<number>(?:2|8|16)\#[0-9A-Fa-f_]+ | (?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
+    (?P<number>(?:2|8|16)\#[0-9A-Fa-f_]+ | (?:\d[\d_]*(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][+-]?\d+)?)
   | (?P<name>\\?[A-Za-z_]\w*(?::\w+)*)
   | (?P<string>'(?:[^'$]|\$.)*')
   | (?P<sign>\*\*|<=|>=|<>|:=|\S))""", re.VERBOSE)

@@ -46,11 +46,16 @@ class _Reader:
         names = Names(reading)
         self.context = Context(reading, names, Types(names), Globals(names, reading), Support(names))
         self.declared: list[Structure] = []
-        self.seen: set[str] = set()
+        self.tag_names: dict[tuple[str, str], str] = {}
 
     def file(self) -> ast.File:
-        self._types()
+        self._name_tags()
+        made = self._types()
         addons = self._addons()
+        for node, structure in made:
+            self._members(node, structure)
+        for addon in addons:
+            addon.declare(self._sizes)
         scope = Scope()
         modules.declare(self.controller, scope, self.context)
         self._tags(self.controller, scope, "")
@@ -70,7 +75,8 @@ class _Reader:
 
     # ---- types
 
-    def _types(self) -> None:
+    def _types(self) -> list[tuple[Node, Structure]]:
+        """The structures of the file, still without members."""
         nodes = [n for group in self.controller.all("DataTypes", "Datatypes") for n in group.all("DataType", "Datatype")]
         known = self.context.types.known
         made: list[tuple[Node, Structure]] = []
@@ -92,9 +98,8 @@ class _Reader:
             span = node.attribute("Name")
             known[key] = structure = Structure(self._free(name, span, f"type {key}"), name, span)
             made.append((node, structure))
-        for node, structure in made:
-            self.declared.append(structure)
-            self._members(node, structure)
+        self.declared += [structure for _, structure in made]
+        return made
 
     def _members(self, node: Node, structure: Structure) -> None:
         names = Names(self.reading)
@@ -164,8 +169,6 @@ class _Reader:
             for node in group.all("EncodedData"):
                 self.reading.unsupported(node.span, f"protected Add-On Instruction {node.get('Name')}",
                                          "export it without source protection")
-        for addon in found:
-            addon.declare(self._sizes)
         return found
 
     # ---- tags
@@ -180,28 +183,33 @@ class _Reader:
                 scope.tags.setdefault(key, Tag(foreign, foreign, None, span, alias=text))
                 self.reading.remark("mapped", foreign, f"another name for {text.text}", span)
                 continue
-            first = scope.tags.get(key)
             data = next((n for n in node.all("Data") if n.get("Format") == "Decorated"), None)
             if data is None and any(n.get("Format") == "L5K" for n in node.all("Data")):
                 self.reading.left_out(span, f"the value of `{foreign}` at the start",
                                       "it is not exported in decorated form; the tag begins with 0")
             type_ = self._type(node)
-            tag = Tag(first.name if first is not None else self._tag_name(foreign, span, program), foreign, type_, span,
-                      type_name(node), constant=node.flag("Constant"), data=data, note=note)
+            tag = Tag(self.tag_names[program, key], foreign, type_, span, type_name(node), constant=node.flag("Constant"), data=data, note=note)
             scope.tags.setdefault(key, tag)
             self.context.globals.declare(tag)
             if node.get("TagType") in ("Produced", "Consumed"):
                 self.reading.remark("mapped", f"{node.get('TagType').lower()} tag {foreign}",
                                     "a variable that nobody else reads or writes", span)
 
-    def _tag_name(self, foreign: str, span: Span, program: str) -> str:
-        """The tag's own name; of a program tag whose name another has, with the program in front."""
-        wanted = f"{program}_{foreign}" if program and foreign.upper() in self.seen else foreign
-        self.seen.add(foreign.upper())
-        made = self.context.names.fresh(wanted)
-        if made != foreign:
-            self.reading.remark("renamed", foreign, made, span)
-        return made
+    def _name_tags(self) -> None:
+        """Tags have the first choice of names. A program tag whose name another has gets the program in front."""
+        seen: set[str] = set()
+        holders = [self.controller, *(n for group in self.controller.all("Programs") for n in group.all("Program"))]
+        for holder in holders:
+            program = holder.get("Name").upper() if holder is not self.controller else ""
+            for node in (n for group in holder.all("Tags") for n in group.all("Tag")):
+                foreign, key = node.get("Name"), (program, node.get("Name").upper())
+                if key in self.tag_names or node.get("TagType") == "Alias":
+                    continue
+                wanted = f"{holder.get('Name')}_{foreign}" if foreign.upper() in seen and program else foreign
+                seen.add(foreign.upper())
+                made = self.tag_names[key] = self.context.names.fresh(wanted)
+                if made != foreign:
+                    self.reading.remark("renamed", foreign, made, node.attribute("Name"))
 
     def _programs(self, scope: Scope) -> list[Program]:
         found = []
@@ -210,7 +218,7 @@ class _Reader:
             made = self._free(name, span, f"program {name.upper()}")
             own = Scope(scope)
             self.context.globals.programs[name.upper()] = own
-            self._tags(node, own, made)
+            self._tags(node, own, name.upper())
             found.append(Program(self.context, made, node, own))
         return found
 
@@ -243,9 +251,8 @@ class _Reader:
 
     def _clock(self, span: Span) -> tuple[ast.VarDecl, ...]:
         """The time that timers read, and the timer that gives it."""
-        clock = self.context.support.clock
-        return (ast.VarDecl(clock, None, ast.NamedType("TIME", None, span), None, span, span),
-                ast.VarDecl(f"{clock}r", None, ast.NamedType("TON", None, span), None, span, span))
+        return tuple(ast.VarDecl(name, None, ast.NamedType(type_, None, span), None, span, span)
+                     for name, type_ in zip(self.context.support.clock, ("TIME", "TON"), strict=True))
 
     def _clocked(self, pous: list[ast.Pou]) -> list[ast.Pou]:
         """Every PROGRAM begins by reading the time, when there are timers."""

@@ -10,7 +10,7 @@ from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.l5x.scope import Tag
 from ldc.parser.l5x.types import BOOL, TIME, WIDTHS, Array, Atom, Structure, Text, Type, is_real
-from ldc.parser.l5x.values import boolean, real_text
+from ldc.parser.l5x.values import boolean, real_text, wrapped
 from ldc.parser.plcopen.document import Node
 from ldc.source import Span
 
@@ -146,10 +146,7 @@ def _scalar(type_: Atom, node: Node, reading: Reading) -> object:
         reading.left_out(node.attribute("Value"), f"the value `{text[:40]}` at the start",
                          f"it is no {type_.name} that is read; the tag begins with 0")
     elif type_.name in WIDTHS:
-        width = WIDTHS[type_.name]
-        found %= 1 << width
-        if not type_.name.startswith("U") and found >= 1 << width - 1:
-            found -= 1 << width
+        found = wrapped(found, WIDTHS[type_.name], type_.name.startswith("U"))
     return bool(found) if type_ == BOOL else found
 
 

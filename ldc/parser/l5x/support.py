@@ -31,12 +31,13 @@ def templates() -> dict[str, str]:
 
 
 class Support:
-    """The functions that one file uses. ``clocked``: some of them read the time."""
+    """The functions that one file uses. ``clock``: the global that some of them read the time in, and the TON
+    that gives it."""
 
     def __init__(self, names: Names) -> None:
         self.names = names
         self.used: dict[tuple, tuple[str, str]] = {}
-        self.clock: str | None = None
+        self.clock: tuple[str, str] | None = None
 
     def use(self, template: str, **types: str) -> str:
         """The name of the function for these types (texts of types, bounds)."""
@@ -45,8 +46,8 @@ class Support:
             words = [part for name, part in types.items() if name in ("T", "N")]
             name = self.names.fresh("_".join([template, *(_word(part) for part in words)]))
             if "{CLOCK}" in templates()[template] and self.clock is None:
-                self.clock = self.names.fresh("logix_time")
-            gaps = types | {"CLOCK": self.clock or ""}
+                self.clock = self.names.fresh("logix_time"), self.names.fresh("logix_clock")
+            gaps = types | {"CLOCK": self.clock[0] if self.clock else ""}
             body = _GAP.sub(lambda m: gaps[m[1]], templates()[template])
             self.used[key] = name, re.sub(rf"\b{template}\b", name, body)
         return self.used[key][0]

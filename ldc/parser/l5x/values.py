@@ -116,12 +116,16 @@ def _literal_as(value: Value, target: Type) -> ast.Expr:
     if isinstance(number, float) and isfinite(number):
         number = round(number)
     if is_integer(target):
-        width = WIDTHS[target.name]
-        if not target.name.startswith("U") and 1 << width - 1 <= number < 1 << width:
-            number -= 1 << width
+        number = wrapped(number, WIDTHS[target.name], target.name.startswith("U"))
     if target == BOOL and number in (0, 1):
         return boolean(bool(number), value.span)
     return ast.Literal(number, None, str(number), value.span)
+
+
+def wrapped(number: int, width: int, unsigned: bool) -> int:
+    """The low bits of a number."""
+    number %= 1 << width
+    return number - (1 << width) if not unsigned and number >> width - 1 else number
 
 
 def as_bits(value: Value, width: int) -> ast.Expr:

@@ -150,14 +150,15 @@ class Writer:
         """None when nothing is left of it, or when something of it was wrong."""
         lost = self.reading.lost
         self.reading.lost = self.operands.strange = False
+        zone = self.zone
         items = self.series(drawn.elements)
         if not self.operands.strange:
             items = self._useful(items)
         failed, self.reading.lost = self.reading.lost, self.reading.lost or lost
         if failed or not items or not self._ends_well(items, False)[0]:
             return None
-        if self.zone is not None:
-            items = [ast.Contact("", ast.Name(self.zone, drawn.span), drawn.span), *items]
+        if zone is not None:
+            items = [ast.Contact("", ast.Name(zone, drawn.span), drawn.span), *items]
         return self.made(items, drawn.span, name, drawn.title)
 
     def made(self, items: Iterable[ast.Item], span: Span, name: str | None = None,
