@@ -34,10 +34,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "ldc.manifest": BASE | FILES | {"ldc.parser", "ldc.model", "ldc.components"},
     "ldc.pipeline": BASE | FILES | set(COMPILER) | {"ldc.manifest"},
     "ldc.draw": BASE | {"ldc.library", "ldc.parser"},
+    "ldc.export": BASE | {"ldc.durations", "ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.draw"},
     "ldc.cli": BASE
     | FILES
     | set(COMPILER)
-    | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.render", "ldc.reports", "runtime"},
+    | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.export", "ldc.render", "ldc.reports", "runtime"},
     "runtime": BASE | {"ldc.library", "ldc.il"},
 }
 RUNTIME_NEVER_LOADS = ("ldc.parser", "ldc.model", "ldc.graph", "ldc.cli", "ldc.pipeline")

@@ -43,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _bench, _explain, _doctor):
+    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _export, _bench, _explain, _doctor):
         add(commands)
     return parser
 
@@ -203,6 +203,18 @@ def _build(commands) -> None:
     parser.add_argument("--target", choices=("host",), required=True, help="host: this computer, by gcc")
     parser.add_argument("-o", dest="folder", metavar="DIR", default="build", help="the folder to write (build)")
     parser.add_argument("--sanitize", action="store_true", help="let the code check itself (undefined behaviour)")
+
+
+def _export(commands) -> None:
+    parser = _command(
+        commands,
+        "export",
+        "write a project in the format of another tool",
+        "  ldc export . --to plcopen -o plc.xml",
+    )
+    _sources(parser)
+    parser.add_argument("--to", choices=("plcopen",), required=True, help="plcopen: PLCopen TC6 XML 2.01")
+    parser.add_argument("-o", dest="output", metavar="OUT", help="write to this file, not to standard output")
 
 
 def _bench(commands) -> None:

@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         proof = f"The project compiles to the same image as its source: digest `{compiled.image.digest}`."
     written = {path: file.source.text for path, file in texts.items()}
     written |= {
-        NAME: imported.project_file(folder.resolve().name, texts),
+        NAME: imported.project_file(folder.resolve().name, files, texts),
         "README.md": imported.readme(folder.resolve().name, files, texts),
         "import-report.md": imported.report(files, texts, [*compiled.diagnostics, *unwritable], proof),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -61,13 +62,15 @@ def _free(name: str, taken: set[str]) -> str:
     return stem
 
 
-def project_file(name: str, texts: dict[str, ast.File]) -> str:
+def project_file(name: str, files: Sequence[ast.File], texts: dict[str, ast.File]) -> str:
     """`ldc.toml`. Files with POUs are listed only when their order is not that of their names: programs
     run in that order."""
     paths = [path for path, file in texts.items() if file.pous]
     listed = "" if paths == sorted(paths) else "".join(f'    "{path}",\n' for path in paths)
+    values = "".join(f"{json.dumps(path)} = {json.dumps(value)}\n" for file in files for path, value in file.safe)
+    safe = f"\n[safe]\n{values}" if values else ""
     found = f'[\n{listed}    "src/*",\n]' if listed else '["src/*"]'
-    return f'[project]\nname = "{project_name(name)}"\nsources = {found}\n'
+    return f'[project]\nname = "{project_name(name)}"\nsources = {found}\n{safe}'
 
 
 def project_name(folder: str) -> str:

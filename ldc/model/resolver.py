@@ -56,6 +56,7 @@ class _Resolver:
             for pou in file.pous:
                 if self._claim(pou.name, pou.name_span, "POU"):
                     self._pous[pou.name.upper()] = pou
+        self._safe = {path: value for file in project.files for path, value in file.safe} | dict(settings.safe)
         self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
         self.incomplete |= any(file.incomplete and not file.pous for file in project.files)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
@@ -102,7 +103,7 @@ class _Resolver:
         check_sizes(self._built, order, global_variables, self.diagnostics)
         model = Model(
             pous=self._built, types=self.types.types(), globals=global_variables, signatures=used,
-            resources=(), order=order, safe=dict(self.settings.safe), image_bytes=self.image_bytes,
+            resources=(), order=order, safe=self._safe, image_bytes=self.image_bytes,
             enum_values={key: tuple(choices) for key, choices in self.types.enum_values.items()},
             broken=self._broken(), incomplete=self.incomplete, damaged=self._damaged,
         )

@@ -393,7 +393,8 @@ class Remark:
 class File:
     """One parsed source. What did not parse is left out (the diagnostics tell).
 
-    ``remarks``: of a source in a foreign format, in its order. ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
+    ``remarks``: of a source in a foreign format, in its order. ``safe``: values that outputs take after a
+    fault, by address or path, where a source says it. ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
     to), so that an unknown name elsewhere may be just a consequence.
     """
 
@@ -405,6 +406,7 @@ class File:
     comments: tuple[Comment, ...]
     incomplete: bool = False
     remarks: tuple[Remark, ...] = ()
+    safe: tuple[tuple[str, bool | int | float | str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

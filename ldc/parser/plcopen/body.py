@@ -3,40 +3,49 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterable
 from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import RAIL, Drawing, Element
+from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.rung import RungWriter
 
-_VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 
-
-def ladder(body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> ast.LadderBody:
+def ladder(
+    body: Node, where: str, more: Additions, diagnostics: Diagnostics, holder: Node | None = None
+) -> ast.LadderBody:
     """What is drawn, as rungs; ``more`` takes what they need beside what is declared. A rung is what hangs
-    together without the rails; rungs follow each other by their first elements."""
-    return rungs_of(Drawing(body, where, more, diagnostics), diagnostics)
+    together without the rails; rungs follow each other by their first elements. ``holder``: the element
+    around the body, in which the text of rungs may be kept."""
+    drawing = Drawing(body, where, more, diagnostics)
+    return rungs_of(drawing, diagnostics, kept.rungs(holder, drawing) if holder is not None else ())
 
 
-def rungs_of(drawing: Drawing, diagnostics: Diagnostics) -> ast.LadderBody:
-    """The rungs of a drawing."""
+def rungs_of(
+    drawing: Drawing, diagnostics: Diagnostics, written: Iterable[tuple[tuple[int, ...], ast.Rung]] = ()
+) -> ast.LadderBody:
+    """The rungs of a drawing, and between them those that are ``written``, each with its place in the order."""
     _drop_loose(drawing, diagnostics)
     groups = _together(drawing)
     places = _Places(groups)
     names, other = _labels(drawing, places)
     titles = _titles(drawing, places)
-    rungs: list[ast.Rung] = []
-    unread: list[tuple[int, ast.Rung]] = []
+    found = [(order, rung, False) for order, rung in written]
     for index, group in enumerate(groups):
         writer = RungWriter(drawing, group, other, diagnostics)
         rung = writer.rung(names.get(index), titles.get(index))
-        if rung is not None and writer.failed:
+        if rung is not None:
+            found.append((group[0].order, rung, writer.failed))
+    rungs: list[ast.Rung] = []
+    unread: list[tuple[int, ast.Rung]] = []
+    for _, rung, failed in sorted(found, key=lambda entry: entry[0]):
+        if failed:
             unread.append((len(rungs), rung))
-        elif rung is not None:
+        else:
             rungs.append(rung)
     return ast.LadderBody(tuple(rungs), drawing.body.whole, tuple(unread))
 
@@ -76,7 +85,7 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         element = work.pop()
         if element.id in gone:
             continue
-        unfed = element.kind not in ("block", *_VALUES) and not element.inputs[0].sources and (
+        unfed = element.kind not in ("block", *VALUES) and not element.inputs[0].sources and (
             element.inputs[0].text is None)
         unused = element.kind == "contact" and not users[element.id]
         if not unfed and not unused:
@@ -108,11 +117,11 @@ def _together(drawing: Drawing) -> list[list[Element]]:
             parent[id_] = id_ = parent[parent[id_]]
         return id_
 
-    members = [e for e in elements.values() if e.kind not in _VALUES]
+    members = [e for e in elements.values() if e.kind not in VALUES]
     for element in members:
         for pin in element.inputs:
             for source in pin.sources - {RAIL}:
-                if elements[source[0]].kind not in _VALUES:
+                if elements[source[0]].kind not in VALUES:
                     parent[find(element.id)] = find(source[0])
     groups: dict[str, list[Element]] = {}
     for element in members:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import interface, texts
+from ldc.parser.plcopen import interface, kept, texts
 from ldc.parser.plcopen.document import Node
 
 _UNITS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
@@ -21,18 +21,22 @@ def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:
     """A resource; it is the processor of its name."""
     tasks, programs = [], []
     for child in node.all("task"):
-        name = texts.label(child.get("name"), "task")
+        name = texts.label(kept.original(child, "name"), "task")
         tasks.append(_task(child, name, diagnostics))
         programs += _programs(child, name)
     programs += _programs(node, None)
-    name = texts.label(node.get("name"), "resource")
+    name = texts.label(kept.original(node, "name"), "resource")
     blocks = interface.var_blocks(node, diagnostics)
-    return ast.Resource(name, name, blocks, tuple(tasks), tuple(programs), node.whole)
+    processor, order = kept.placement(node)
+    programs.sort(key=lambda program: order.get(program.name.upper(), len(order)))
+    return ast.Resource(name, processor or name, blocks, tuple(tasks), tuple(programs), node.whole)
 
 
 def _task(node: Node, name: str, diagnostics: Diagnostics) -> ast.Task:
     interval = texts.duration(node, "interval", diagnostics)
-    if interval is None:
+    if interval is not None and not kept.original(node, "interval"):
+        interval = None  # one was written for the sake of other tools
+    elif interval is None:
         settings = next(node.descendants("TaskSettings"), None)
         if settings is not None:
             unit = _UNITS.get(settings.get("IntervalUnit"), 1_000_000)
@@ -51,5 +55,5 @@ def _programs(node: Node, task: str | None) -> list[ast.ProgramInstance]:
     found = []
     for child in node.all("pouInstance"):
         pou = child.get("typeName").strip() or child.get("type").strip() or child.get("name").strip()
-        found.append(ast.ProgramInstance(texts.label(child.get("name"), pou), task, pou, child.span))
+        found.append(ast.ProgramInstance(texts.label(kept.original(child, "name"), pou), task, pou, child.span))
     return found

@@ -19,6 +19,8 @@ Output = tuple[str, str]
 RAIL: Output = ("", "")
 ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVariable", "jump", "return",
             "connector", "continuation", "leftPowerRail")
+VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
+"""What gives a value and does nothing by itself."""
 _IGNORED = ("rightPowerRail", "comment", "label", "vendorElement", "documentation", "addData")
 
 _POSITION = re.compile(r"<(?:[\w.-]+:)?position\s([^>]*)>")

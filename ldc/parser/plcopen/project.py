@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
-from ldc.parser.plcopen import configuration, findings, interface, others, texts
+from ldc.parser.plcopen import configuration, findings, interface, kept, others, texts
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
@@ -50,7 +50,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     if lists is not None and lists.renamed:
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
-    return ast.File(source, pous, types, loose, configurations, (), False, tuple(remarks))
+    return ast.File(source, pous, types, loose, configurations, (), False, tuple(remarks),
+                    kept.safe_values(root))
 
 
 def _named(found: ast.Configuration, lists: Lists, remarks: list[ast.Remark]) -> ast.Configuration:
@@ -134,7 +135,7 @@ def _body(
     for holder in pou.all("body"):
         for node in holder.children:
             if node.tag in _GRAPHICAL:
-                return ladder(node, name, more, diagnostics)
+                return ladder(node, name, more, diagnostics, holder)
             if node.tag == "IL":
                 return ast.TextBody(node.tag, node.body)
             if node.tag == "ST":

@@ -1,0 +1,126 @@
+"""A whole project as one TC6 XML 2.01 file, the same text for the same project (so it bears no date)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from xml.etree.ElementTree import Element, indent, tostring
+
+from ldc import __version__
+from ldc.diagnostics import Diagnostics
+from ldc.draw import pins_from
+from ldc.export.plcopen.declarations import Notes, section, type_, type_decl
+from ldc.export.plcopen.instances import configuration
+from ldc.export.plcopen.ladder import Body, Drawn
+from ldc.export.plcopen.tags import NAMESPACE, XHTML, add, code, formatted, own_data, prose
+from ldc.graph.rung import RungGraph
+from ldc.model.project import Model
+from ldc.parser import ast
+from ldc.parser.plcopen.document import Document, Node
+from ldc.parser.plcopen.kept import fingerprint
+from ldc.parser.statements import StatementBody
+from ldc.parser.unparse import rung_text
+from ldc.source import SourceFile
+
+_KINDS = {"PROGRAM": "program", "FUNCTION_BLOCK": "functionBlock", "FUNCTION": "function"}
+_NO_DATE = "1970-01-01T00:00:00"
+Graphs = Mapping[str, Sequence[tuple[ast.Rung, RungGraph]]]
+"""The rungs of each POU in order, by its name."""
+
+
+def export(files: Sequence[ast.File], model: Model, graphs: Graphs, name: str, period: int,
+           diagnostics: Diagnostics) -> str:
+    """The XML of a project that was compiled without errors. ``period``: nanoseconds between two scans. What
+    TC6 cannot hold is reported (LD0660)."""
+    root = Element("project", {"xmlns": NAMESPACE, "xmlns:xhtml": XHTML})
+    add(root, "fileHeader", companyName="", productName="ldc", productVersion=__version__, creationDateTime=_NO_DATE)
+    header = add(root, "contentHeader", name=name or "project", modificationDateTime=_NO_DATE)
+    coordinates = add(header, "coordinateInfo")
+    for language in ("fbd", "ld", "sfc"):
+        add(add(coordinates, language), "scaling", x="8", y="8")
+    types = add(root, "types")
+    data_types, pous = add(types, "dataTypes"), add(types, "pous")
+    drawn: list[tuple[Element, list[Drawn]]] = []
+    notes = {key: note for file in files for key, note in _notes(file).items()}
+    for file in files:
+        for declared in file.types:
+            type_decl(data_types, declared, notes)
+        for pou in file.pous:
+            body = _pou(pous, pou, graphs.get(pou.name, ()), notes, pins_from(model.signatures), diagnostics)
+            if body is not None:
+                drawn.append((body.body, body.drawn))
+    instances = add(add(root, "instances"), "configurations")
+    configuration(instances, files, model, period, notes)
+    if model.safe:
+        safe = own_data(root, "safe")
+        for path, value in model.safe.items():
+            add(safe, "value", of=path, kind=type(value).__name__, is_=str(value))
+    _keep_rungs(root, drawn)
+    return _text(root)
+
+
+def _text(root: Element) -> str:
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{tostring(root, encoding="unicode")}\n'
+
+
+def _pou(parent: Element, pou: ast.Pou, rungs: Sequence[tuple[ast.Rung, RungGraph]], notes: Notes,
+         pins_of: Callable, diagnostics: Diagnostics) -> Body | None:
+    made = add(parent, "pou", name=pou.name, pouType=_KINDS[pou.kind])
+    interface, body = add(made, "interface"), None
+    if pou.result is not None:
+        type_(add(interface, "returnType"), pou.result, notes)
+    for block in pou.var_blocks:
+        section(interface, block, notes)
+    if isinstance(pou.body, ast.LadderBody):
+        body = Body(made, pins_of)
+        for rung, graph in rungs:
+            body.rung(rung, graph)
+    elif isinstance(pou.body, StatementBody | ast.TextBody):
+        language = "ST" if isinstance(pou.body, StatementBody) else "IL"
+        formatted(add(made, "body"), language, code(_block(pou.body.span.text)))
+    else:
+        diagnostics.error(
+            "LD0660", f"`{pou.name}` cannot be exported: its body is a sequential function chart",
+            pou.name_span, "a chart", help="write the sequence as a ladder or in Structured Text, or leave it out")
+    if pou.title:
+        formatted(made, "documentation", prose(pou.title))
+    return body
+
+
+def _block(text: str) -> str:
+    """The lines of a body without the space that all of them have on their left."""
+    lines = [line.rstrip() for line in text.split("\n")]
+    while lines and not lines[0].strip():
+        lines.pop(0)
+    while lines and not lines[-1].strip():
+        lines.pop()
+    margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+    return "\n" + "".join(f"{line[margin:]}\n" for line in lines)
+
+
+def _notes(file: ast.File) -> dict[tuple[str, int], str]:
+    """Comments behind declarations, in their line."""
+    position = file.source.position
+    by_line: dict[int, str] = {}
+    for comment in file.comments:
+        text = comment.text[2:-2] if comment.text.startswith("(*") else comment.text[2:]
+        by_line.setdefault(position(comment.span.start)[0], " ".join(text.split()))
+    blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
+    blocks += [b for c in file.configurations for b in (*c.var_blocks, *(b for r in c.resources for b in r.var_blocks))]
+    lines = {v.span.start: position(max(v.group_span.end - 1, 0))[0] for block in blocks for v in block.variables}
+    path = file.source.path
+    return {(path, start): by_line[line] for start, line in lines.items() if line in by_line}
+
+
+def _keep_rungs(root: Element, drawn: list[tuple[Element, list[Drawn]]]) -> None:
+    """Put the text of each rung beside the drawing, with a digest of the elements as they will be read."""
+    indent(root)
+    read = Document(SourceFile("export.xml", _text(root)), Diagnostics()).root
+    bodies = [node for pou in read.descendants("pou") for node in pou.all("body") if node.find("LD") is not None]
+    for (body, rungs), node in zip(drawn, bodies, strict=True):
+        elements = {child.get("localId"): child for child in node.find("LD").children}
+        kept = own_data(body, "rungs")
+        for one in rungs:
+            ids = [str(id_) for id_ in one.ids]
+            add(kept, "rung", code(f"{rung_text(one.rung)}\n"), elements=" ".join(ids),
+                digest=fingerprint([elements[id_] for id_ in ids]))
+    indent(root)
