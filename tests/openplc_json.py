@@ -44,7 +44,8 @@ def block(id_: str, type_: str, inputs: str, outputs: str, instance: str = "", x
     declared = [{"name": name, "class": side, "type": {"definition": "base-type", "value": of}}
                 for side, name, of in pins]
     variant = {"name": type_, "type": "function-block" if instance else "function", "variables": declared}
-    connected = [{"handleId": pin, "type": next(s for s, n, _ in pins if n == pin), "variable": {"name": text}}
+    kinds = {name: side for side, name, _ in pins}
+    connected = [{"handleId": pin, "type": kinds[pin], "variable": {"name": text}}
                  for pin, text in (variables or {}).items()]
     return node("block", id_, x, y, variant=variant, variable={"name": instance}, executionControl=enable,
                 inputHandles=sides["input"], outputHandles=sides["output"],
@@ -80,7 +81,7 @@ def diagram(nodes: list[dict], *wires: tuple[str, str]) -> dict:
 
 
 def program(body: dict, variables: str, kind: str = "PROGRAM", name: str = "p") -> str:
-    return f"{kind} {name}\nVAR\n{variables}\nEND_VAR\n\n{json.dumps(body, indent=2)}\nEND_{kind.split()[0]}\n"
+    return f"{kind} {name}\nVAR\n{variables}\nEND_VAR\n\n{json.dumps(body, indent=2)}\nEND_{kind}\n"
 
 
 def entry(name: str, type_: str, **more) -> dict:
@@ -101,5 +102,6 @@ def task(name: str, interval: str = "T#20ms", triggering: str = "Cyclic") -> dic
 
 
 def pou(kind: str, name: str, language: str, value, variables=(), **more) -> dict:
+    body = {"language": language, "value": value}
     return {"type": kind, "data": {"name": name, "language": language, "variables": list(variables),
-                                   "body": {"language": language, "value": value}, "documentation": "", **more}}
+                                   "body": body, "documentation": "", **more}}

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
+from ldc.parser import parse_file
 from ldc.parser.unparse import rung_text
 from ldc.pipeline import Compiled, compile_paths, compile_project
 from ldc.source import SourceFile
@@ -120,7 +123,8 @@ def test_edges_pulses_and_inversion() -> None:
 
 def test_a_timer_of_100_ms() -> None:
     rows = [{"X0": 1}] + [{}] * 20 + [{"X0": 0}]
-    found = run("LD X0, OUT T0 K2, LD T0, OUT Y0, LD X1, MOV T0 D0", [{**row, "X1": 1} for row in rows], "Y0 D0")
+    text = "LD X0, OUT T0 K2, LD T0, OUT Y0, LD M8000, MOV T0 D0"
+    found = run(text, rows, "Y0 D0")
     assert found == ["0 0"] * 10 + ["0 1"] * 10 + ["1 2", "0 0"]
 
 
@@ -147,20 +151,22 @@ def test_a_counter_stops_at_its_preset_and_its_reset_holds_it() -> None:
 
 def test_a_counter_of_32_bits_counts_down_by_its_relay() -> None:
     text = "LD X1, OUT M8200, LD X0, OUT C200 K-1, LD C200, OUT Y0"
-    rows = [{"X1": 1, "X0": 1}, {"X0": 0}, {"X0": 1}, {"X1": 0, "X0": 0}, {"X0": 1}, {"X1": 1, "X0": 0}, {"X0": 1}]
+    rows = [{"X1": 1, "X0": 1}, {"X0": 0}, {"X0": 1}, {"X1": 0, "X0": 0}, {"X0": 1}, {"X1": 1, "X0": 0},
+            {"X0": 1}]
     assert run(text, rows, "C200.V Y0") == ["-1 0", "-1 0", "-2 0", "-2 0", "-1 1", "-1 1", "-2 0"]
 
 
 def test_master_control_takes_the_power_of_its_zone() -> None:
-    text = ("LD X0, MC N0 M100, LD X1, OR X2, OUT Y0, LD X1, MC N1 M101, LD X2, OUT Y1, MCR N1, LD X2, SET Y2, "
-            "MCR N0, LD X2, OUT Y3")
+    text = ("LD X0, MC N0 M100, LD X1, OR X2, OUT Y0, LD X1, MC N1 M101, LD X2, OUT Y1, MCR N1, LD X2, "
+            "SET Y2, MCR N0, LD X2, OUT Y3")
     assert rungs(text)[1:3] == ["RUNG [M100] { [X1] | [X2] } (Y0)", "RUNG [M100] [X1] (M101)"]
     rows = [{"X2": 1}, {"X0": 1}, {"X1": 1}, {"X0": 0}]
     assert run(text, rows, "Y0 Y1 Y2 Y3") == ["0 0 0 1", "1 0 1 1", "1 1 1 1", "0 0 1 1"]
 
 
 def test_jumps_and_labels() -> None:
-    text = "LD X0, CJ P1, LD M8000, INC D0, P2, P1, LD M8000, INC D1, LD X1, CJ P63, LD M8000, INC D2, LD X1, CJP P3, P3, END"
+    text = ("LD X0, CJ P1, LD M8000, INC D0, P2, P1, LD M8000, INC D1, LD X1, CJ P63, LD M8000, INC D2, "
+            "LD X1, CJP P3, P3, END")
     assert run(text, [{"X0": 1}, {"X0": 0}, {"X1": 1}], "D0 D1 D2") == ["0 1 1", "1 2 2", "2 3 2"]
 
 
@@ -176,10 +182,13 @@ def test_first_scan_and_clocks() -> None:
     ("MOV D0 D1", {"D0": -5}, "D1", "-5"), ("MOV HFFFF D1", {}, "D1", "-1"), ("MOV 7 D1", {}, "D1", "7"),
     ("ADD D0 K1 D1", {"D0": 32767}, "D1", "-32768"), ("SUB D0 D2 D1", {"D0": 3, "D2": 5}, "D1", "-2"),
     ("MUL D0 D1 D2", {"D0": 1000, "D1": -1000}, "D2 D3", "-16960 -16"),
-    ("DIV D0 D1 D0", {"D0": -17, "D1": 5}, "D0 D1", "-3 -2"), ("DIV D0 D1 D2", {"D0": 5, "D2": 9}, "D2 D3", "9 0"),
-    ("INC D0", {"D0": 32767}, "D0", "-32768"), ("DEC D0", {"D0": 0}, "D0", "-1"), ("NEG D0", {"D0": 4}, "D0", "-4"),
+    ("DIV D0 D1 D0", {"D0": -17, "D1": 5}, "D0 D1", "-3 -2"),
+    ("DIV D0 D1 D2", {"D0": 5, "D2": 9}, "D2 D3", "9 0"),
+    ("INC D0", {"D0": 32767}, "D0", "-32768"), ("DEC D0", {"D0": 0}, "D0", "-1"),
+    ("NEG D0", {"D0": 4}, "D0", "-4"),
     ("CML D0 D1", {"D0": 5}, "D1", "-6"), ("WAND D0 H0F D1", {"D0": 0x3C}, "D1", "12"),
-    ("WOR D0 D1 D2", {"D0": 1, "D1": -32768}, "D2", "-32767"), ("WXOR D0 D1 D2", {"D0": 3, "D1": 5}, "D2", "6"),
+    ("WOR D0 D1 D2", {"D0": 1, "D1": -32768}, "D2", "-32767"),
+    ("WXOR D0 D1 D2", {"D0": 3, "D1": 5}, "D2", "6"),
     ("DMOV K100000 D0", {}, "D0 D1", "-31072 1"), ("DADD D0 D2 D4", {"D0": -1, "D2": 1}, "D4 D5", "0 1"),
     ("DSUB D0 K1 D0", {"D1": 1}, "D0 D1", "-1 0"), ("DINC D0", {"D0": -1}, "D0 D1", "0 1"),
     ("DDEC D0", {}, "D0 D1", "-1 -1"),
@@ -215,7 +224,8 @@ def test_data_instructions(instruction: str, given_: dict, watch: str, result: s
 
 def test_pulse_forms_work_once_per_edge() -> None:
     rows = [{"X0": 1}, {}, {"X0": 0}, {"X0": 1}]
-    assert run("LD X0, INCP D0, CMPP D0 K2 M0, ALTP M5", rows, "D0 M1 M5") == ["1 0 1", "1 0 1", "1 0 1", "2 1 0"]
+    assert run("LD X0, INCP D0, CMPP D0 K2 M0, ALTP M5", rows, "D0 M1 M5") == [
+        "1 0 1", "1 0 1", "1 0 1", "2 1 0"]
 
 
 def test_comparisons_of_32_bits() -> None:
@@ -260,15 +270,26 @@ def test_ever_deeper_circuits_are_bounded() -> None:
         "LD0153 MELSEC: more than 40 circuits in one another"]
 
 
+def test_long_lists_take_linear_time() -> None:
+    def seconds(count: int) -> float:
+        text = "LD X0\nOR Y0\nANI X1\nOUT Y0\nLD X2\nOUT T0 K5\nLDP T0\nPLS M0\nMOVP K1 D0\n" * count
+        start = time.process_time()
+        assert len(parse_file(SourceFile("list.il", text), Diagnostics()).pous[0].body.rungs) == 3 * count
+        return time.process_time() - start
+
+    seconds(10)
+    assert seconds(4000) < 12 * seconds(800)
+
+
 def test_iec_lists_are_none_of_these() -> None:
     text = "PROGRAM p VAR X0 AT %IX0.0, X1 : BOOL; END_VAR\nLD X0\nST X1\nEND_PROGRAM"
     assert all("MELSEC" not in line for line in said(compiled(text)))
 
 
-WORDS = st.sampled_from(("LD X0", "LDI X1", "AND X2", "OR M0", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP",
-                         "OUT Y0", "SET M1", "OUT T0 K5", "OUT C0 K2", "RST C0", "MOV K1 D0", "DDIVP D0 D2 D4",
-                         "CMP D0 D1 M5", "CJ P1", "P1", "MC N0 M9", "MCR N0", "END", "LD= D0 K5", "FEND", "OUT",
-                         "AND", "; words", "K1M0 X", "ZRST C0 C3", "LDP M8002"))
+WORDS = st.sampled_from((
+    "LD X0", "LDI X1", "AND X2", "OR M0", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP", "OUT Y0", "SET M1",
+    "OUT T0 K5", "OUT C0 K2", "RST C0", "MOV K1 D0", "DDIVP D0 D2 D4", "CMP D0 D1 M5", "CJ P1", "P1",
+    "MC N0 M9", "MCR N0", "END", "LD= D0 K5", "FEND", "OUT", "AND", "; words", "K1M0 X", "ZRST C0 C3", "LDP M8002"))
 
 
 @settings(max_examples=80, deadline=None)

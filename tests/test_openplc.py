@@ -96,7 +96,8 @@ def test_parallels_in_one_another() -> None:
 @pytest.mark.parametrize(("first", "last", "states"), [
     ("default", "default", "0 1 1 0"), ("negated", "default", "1 0 0 1"), ("default", "negated", "1 0 0 1"),
     ("risingEdge", "default", "0 1 0 0"), ("fallingEdge", "default", "0 0 0 1"),
-    ("default", "set", "0 1 1 1"), ("default", "risingEdge", "0 1 0 0"), ("default", "fallingEdge", "0 0 0 1"),
+    ("default", "set", "0 1 1 1"), ("default", "risingEdge", "0 1 0 0"),
+    ("default", "fallingEdge", "0 0 0 1"),
 ])
 def test_kinds_of_contacts_and_coils(first: str, last: str, states: str) -> None:
     text = program(ladder(rung([contact("1", "a", first), coil("2", "q", last)], ("left", "1"), ("1", "2"))),
@@ -112,7 +113,8 @@ def test_reset_and_order_of_rungs() -> None:
 
 
 def test_a_timer_with_a_value_at_its_pin() -> None:
-    timer = block("t", "TON", "IN:bool PT:time", "Q:bool ET:time", "t0", variables={"PT": "T#20ms", "ET": "e"})
+    timer = block("t", "TON", "IN:bool PT:time", "Q:bool ET:time", "t0",
+                  variables={"PT": "T#20ms", "ET": "e"})
     text = program(ladder(rung([contact("1", "a"), timer, coil("2", "q")], ("left", "1"), ("1", "t.IN"),
                                ("t.Q", "2"))), f"{BOOLS}\n t0 : TON;\n e : time;")
     assert run(text, [{"a": 1}, {}, {}, {"a": 0}], "q e") == ["0 0", "0 10000000", "1 20000000", "0 0"]
@@ -122,9 +124,11 @@ def test_variables_of_pins_as_nodes_win_and_empty_ones_are_none() -> None:
     counter = block("n", "CTU", "CU:bool R:bool PV:int", "Q:bool CV:int", "n0", variables={"PV": "9"})
     at = [node("variable", "v", variant="input", variable={"name": "2"}, block={"id": "n", "handleId": "PV"}),
           node("variable", "u", variant="input", variable={"name": ""}, block={"id": "n", "handleId": "R"}),
-          node("variable", "o", variant="output", variable={"name": "i"}, block={"id": "n", "handleId": "CV"})]
-    text = program(ladder(rung([contact("1", "a"), counter, coil("2", "q"), *at], ("left", "1"), ("1", "n.CU"),
-                               ("n.Q", "2"), ("v", "n.PV"), ("u", "n.R"), ("n.CV", "o"))),
+          node("variable", "o", variant="output", variable={"name": "i"},
+               block={"id": "n", "handleId": "CV"})]
+    text = program(ladder(rung([contact("1", "a"), counter, coil("2", "q"), *at],
+                               ("left", "1"), ("1", "n.CU"), ("n.Q", "2"), ("v", "n.PV"), ("u", "n.R"),
+                               ("n.CV", "o"))),
                    f"{BOOLS}\n n0 : CTU;\n i : int;")
     rows = [{"a": 1}, {"a": 0}, {"a": 1}]
     assert run(text, rows, "q i") == ["0 1", "0 1", "1 2"]
@@ -135,7 +139,8 @@ def test_further_power_pins_have_branches_of_their_own() -> None:
                     variables={"PV": "2", "CV": "i"})
     text = program(ladder(rung(
         [contact("1", "a"), contact("2", "b", y=90), counter, coil("3", "q"), coil("4", "w", y=90)],
-        ("left", "1"), ("left.branch_n_CD", "2"), ("1", "n.CU"), ("2", "n.CD"), ("n.QU", "3"), ("n.QD", "4"))),
+        ("left", "1"), ("left.branch_n_CD", "2"), ("1", "n.CU"), ("2", "n.CD"), ("n.QU", "3"),
+        ("n.QD", "4"))),
         f"{BOOLS}\n n0 : CTUD;\n i : int;")
     rows = [{"a": 1}, {"a": 0}, {"a": 1}, {"a": 0, "b": 1}]
     assert run(text, rows, "q w i") == ["0 0 1", "0 0 1", "1 0 2", "0 0 1"]
@@ -149,7 +154,16 @@ def test_a_function_under_en() -> None:
     assert run(text, [{"a": 1}, {}, {"a": 0}], "q i") == ["1 1", "1 2", "0 2"]
 
 
-USER = "FUNCTION_BLOCK Twice\nVAR_INPUT\nIN : int;\nEND_VAR\nVAR_OUTPUT\nOUT : int;\nEND_VAR\nOUT := IN * 2;\nEND_FUNCTION_BLOCK\n"
+USER = """FUNCTION_BLOCK Twice
+VAR_INPUT
+IN : int;
+END_VAR
+VAR_OUTPUT
+OUT : int;
+END_VAR
+OUT := IN * 2;
+END_FUNCTION_BLOCK
+"""
 
 
 def test_a_function_block_of_another_file_under_en() -> None:
@@ -189,8 +203,8 @@ def test_numbers_order_the_blocks() -> None:
     def step(id_: str, x: int, order: int, name: str, source: str) -> list[dict]:
         made = block(id_, "ADD", "IN1:int IN2:int", "OUT:int", x=x)
         made["data"]["executionOrder"] = order
-        return [made, variable(f"{id_}i", "input", source, x - 50), variable(f"{id_}k", "input", "1", x - 50, 30),
-                variable(f"{id_}o", "output", name, x + 50)]
+        return [made, variable(f"{id_}i", "input", source, x - 50),
+                variable(f"{id_}k", "input", "1", x - 50, 30), variable(f"{id_}o", "output", name, x + 50)]
 
     def wires(id_: str) -> list[tuple[str, str]]:
         return [(f"{id_}i", f"{id_}.IN1"), (f"{id_}k", f"{id_}.IN2"), (f"{id_}.OUT", f"{id_}o")]
@@ -220,7 +234,8 @@ def test_addresses_behind_the_type_and_comments() -> None:
 
 
 def test_a_body_in_il() -> None:
-    text = "PROGRAM p\nVAR\n  a : BOOL AT %IX0.0;\n  q : BOOL AT %QX0.0;\nEND_VAR\n\nLDN a\nST q\n\nEND_PROGRAM\n"
+    text = ("PROGRAM p\nVAR\n  a : BOOL AT %IX0.0;\n  q : BOOL AT %QX0.0;\nEND_VAR\n\nLDN a\nST q\n\n"
+            "END_PROGRAM\n")
     assert run(text, [{"a": 0}, {"a": 1}], "q", "p.il") == ["1", "0"]
 
 
@@ -247,8 +262,10 @@ def whole() -> str:
     main = pou("program", "main", "ld", ladder(rung([contact("1", "a"), coil("2", "q")], ("left", "1"),
                                                     ("1", "2"))),
                [entry("a", "bool", location="%IX0.0"), entry("q", "bool", location="%QX0.0")])
-    sums = pou("program", "sums", "st", 'total := Twice(total); // "all"\nmotors[2].speed := motors[1].speed + 1;',
-               [entry("total", "int", **{"class": "external"}), entry("motors", "Bank", **{"class": "external"})])
+    outside = {"class": "external"}
+    sums = pou("program", "sums", "st",
+               'total := Twice(total); // "all"\nmotors[2].speed := motors[1].speed + 1;',
+               [entry("total", "int", **outside), entry("motors", "Bank", **outside)])
     twice = pou("function", "Twice", "il", "LD i\nMUL 2\nST Twice", [entry("i", "int", **{"class": "input"})],
                 returnType="int")
     return project([main, sums, twice], TYPES, variables, [task("slow", "T#40ms"), task("fast", "T#20ms")],
@@ -303,9 +320,11 @@ def test_bodies_in_other_languages_are_named(tmp_path: Path) -> None:
      "LD0151 OpenPLC: p, rung 1: a node `lamp` is not supported"),
     (program(ladder(rung([coil("1", "a")], ("none", "1"))), "a : bool;"),
      "LD0146 p, rung 1: coil 2 `a` at (500, 0) is connected to the element none, which does not exist"),
-    (program(ladder(rung([coil("1", "x")], ("left", "1"))), "a : bool;"), "LD0404 there is no variable `x` here"),
+    (program(ladder(rung([coil("1", "x")], ("left", "1"))), "a : bool;"),
+     "LD0404 there is no variable `x` here"),
     ("{\"meta\": {}, \"data\": {\"pous\": [{\"type\": \"x\"}]}}", "LD0150 OpenPLC: `x` is no kind of POU"),
-    (project(tasks=[task("t", triggering="Interrupt")]), "LD0151 OpenPLC: a task that waits for an interrupt"),
+    (project(tasks=[task("t", triggering="Interrupt")]),
+     "LD0151 OpenPLC: a task that waits for an interrupt is not supported"),
     ("{\"data\":" + "[" * 200, "LD0153 OpenPLC: more than 100 levels of JSON"),
 ])
 def test_what_is_wrong_is_told(text: str, message: str) -> None:
@@ -329,7 +348,8 @@ def test_no_change_of_a_file_raises(data: st.DataObject) -> None:
     text = data.draw(st.sampled_from(GOOD))
     at = data.draw(st.integers(0, len(text) - 1))
     to = at + data.draw(st.integers(0, 40))
-    new = data.draw(st.sampled_from(("", "{", "}", "[", "]", '"', ",", "null", "1e999", "\\ud800", "-", "END_VAR")))
+    new = data.draw(st.sampled_from(
+        ("", "{", "}", "[", "]", '"', ",", "null", "1e999", "\\ud800", "-", "END_VAR")))
     compiled(text[:at] + new + text[to:], "project.json" if text.startswith("{") else "main.ld")
 
 

@@ -100,8 +100,8 @@ standard_pins = pins_from({})
 
 
 def notes_of(pou: ast.Pou, comments: Iterable[ast.Comment] = ()) -> dict[str, tuple[str, ...]]:
-    """What to write under an operand, by name in capitals: its address, and the comment that follows
-    its declaration on the same line."""
+    """What to write under an operand, by name in capitals: its address, and the comment that follows its
+    declaration on the same line, or what a foreign source says about it."""
     by_line: dict[tuple[int, int], str] = {}
     for comment in comments:
         line, _ = comment.span.position
@@ -110,7 +110,7 @@ def notes_of(pou: ast.Pou, comments: Iterable[ast.Comment] = ()) -> dict[str, tu
     for block in pou.var_blocks:
         for decl in block.variables:
             last, _ = decl.span.source.position(max(decl.group_span.end - 1, 0))
-            about = (decl.location, by_line.get((id(decl.span.source), last)))
+            about = (decl.location, decl.note or by_line.get((id(decl.span.source), last)))
             if any(about):
                 notes[decl.name.upper()] = tuple(text for text in about if text)
     return notes

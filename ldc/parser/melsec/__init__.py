@@ -12,8 +12,8 @@ __all__ = ["is_list", "read"]
 
 _FIRST = re.compile(
     r"""(?:\s++|;[^\n]*|//[^\n]*|\(\*(?s:.*?)\*\))*+(?:\d+[ \t]+)?
-        (?:(?:LD|LDI|LDP|LDF)[ \t]+[XYMSTCL]\d+[ \t]*(?:[;/(\n]|\Z) | LDD?[<>=]{1,2}[ \t] | NOP[ \t]*(?:[;/(\n]|\Z)
-         | P\d+[ \t]*:?[ \t]*\n)""",
+        (?:(?:LD|LDI|LDP|LDF)[ \t]+[XYMSTCL]\d+[ \t]*(?:[;/(\n]|\Z) | LDD?[<>=]{1,2}[ \t]
+         | NOP[ \t]*(?:[;/(\n]|\Z) | P\d+[ \t]*:?[ \t]*\n)""",
     re.VERBOSE | re.IGNORECASE)
 
 

@@ -22,8 +22,8 @@ class Parallel:
 
 @dataclass(slots=True)
 class Block:
-    """Elements and parallels in series; ``depth``: of circuits in one another; ``changes``: whether it holds an
-    element that changes the power of all before it, as INV does."""
+    """Elements and parallels in series; ``depth``: of circuits in one another; ``changes``: whether it holds
+    an element that changes the power of all before it, as INV does."""
 
     parts: list[ast.Item | Parallel] = field(default_factory=list)
     depth: int = 0
@@ -79,8 +79,8 @@ class Point:
 
 
 def _items(parts: list[ast.Item | Parallel], span: Span) -> list[ast.Item]:
-    return [_branches([_items(path, span) for path in part.paths], span) if isinstance(part, Parallel) else part
-            for part in parts]
+    return [_branches([_items(path, span) for path in part.paths], span)
+            if isinstance(part, Parallel) else part for part in parts]
 
 
 def _branches(paths: list[list[ast.Item]], span: Span) -> ast.Branches:

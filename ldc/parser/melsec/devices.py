@@ -79,8 +79,9 @@ class Devices:
         match = _DEVICE.match(operand.text)
         if match is None or match[1] not in kinds:
             if re.match(r"[A-Z]+\d+[A-Z.]", operand.text):
-                self.reading.unsupported(operand.span, f"`{operand.text[:40]}`",
-                                         "groups of bits, bits of words and indexes are written out device by device")
+                self.reading.unsupported(
+                    operand.span, f"`{operand.text[:40]}`",
+                    "write groups of bits, bits of words and indexed devices out device by device")
             else:
                 self.reading.malformed(operand.span, f"`{operand.text[:40]}` is no {what}")
             return None
@@ -183,11 +184,13 @@ class Devices:
         if first.kind != "D" and count > 1:
             self._pair(operand)
             return None
-        found = [self.numbered(first.kind, first.number + n, operand.span, "data register") for n in range(count)]
+        found = [self.numbered(first.kind, first.number + n, operand.span, "data register")
+                 for n in range(count)]
         return None if None in found else [self.written(d, operand.span) for d in found]
 
     def _pair(self, operand: Operand) -> None:
-        self.reading.unsupported(operand.span, f"`{operand.text}` as a value of 32 bits", "use data registers")
+        self.reading.unsupported(operand.span, f"`{operand.text}` as a value of 32 bits",
+                                 "use data registers")
 
     def call(self, function: str, *values: ast.Expr) -> ast.Call:
         self.functions.add(function)
@@ -205,12 +208,12 @@ class Devices:
                 location = f"%{area}X{device.number // 8}.{device.number % 8}"
                 self.reading.remark("mapped", device.name, location, use.span)
             elif device.kind == "X":
-                self.reading.remark("mapped", device.name, "a variable without an address, since it is written",
-                                    use.span)
+                self.reading.remark("mapped", device.name,
+                                    "a variable without an address, since it is written", use.span)
             else:
                 self.reading.remark("added", device.name, f"a variable of type {device.type}", use.span)
-            made = ast.VarDecl(device.name, location, ast.NamedType(device.type, None, use.span), None, use.span,
-                               use.span, notes.get(device.name))
+            made = ast.VarDecl(device.name, location, ast.NamedType(device.type, None, use.span), None,
+                               use.span, use.span, notes.get(device.name))
             groups[("RETAIN",) if device.kind == "L" else ()].append(made)
         groups[()] += extra
         return tuple(ast.VarBlock("VAR", qualifiers, tuple(found), found[0].span)
@@ -219,7 +222,8 @@ class Devices:
     def helpers(self) -> list[tuple[str, str, int | None]]:
         """Special relays that something has to drive: (relay, type, period), in order."""
         found = [(f"M{_FIRST}", "FX_FIRST", None)] if Device("M", _FIRST) in self.used else []
-        return found + [(f"M{n}", "FX_CLOCK", period) for n, period in _CLOCKS.items() if Device("M", n) in self.used]
+        return found + [(f"M{n}", "FX_CLOCK", period) for n, period in _CLOCKS.items()
+                        if Device("M", n) in self.used]
 
 
 def _call(function: str, *values: ast.Expr) -> ast.Call:

@@ -21,6 +21,11 @@ _WORDWISE = re.compile(r"([WD])(AND|OR|XOR)(P)?\Z")
 _PLAIN = re.compile(r"(ZRST|BMOV|FMOV|ALT)(P)?\Z")
 
 
+Operands = tuple[Operand, ...]
+Paths = list[list[ast.Item]] | None
+"""Parallel paths, None when an operand cannot be read."""
+
+
 class Outputs:
     """Writes instructions as items of a rung: a list of paths that lie parallel; None when one cannot be read
     (that is told). ``instance(base, type, span)`` declares an instance of a function block; ``targets``: what
@@ -31,7 +36,7 @@ class Outputs:
         self.devices, self.reading, self.instance = devices, devices.reading, instance
         self.targets = targets
 
-    def write(self, it: Instruction) -> list[list[ast.Item]] | None:
+    def write(self, it: Instruction) -> Paths:
         """The paths of an output; an empty list when the word is no output."""
         if it.name in _SIMPLE:
             operands = self.operands(it, _SIMPLE[it.name][0])
@@ -42,7 +47,7 @@ class Outputs:
                 return self._data(it, match)
         return []
 
-    def operands(self, it: Instruction, counts: range) -> tuple[Operand, ...] | None:
+    def operands(self, it: Instruction, counts: range) -> Operands | None:
         if len(it.operands) in counts:
             return it.operands
         wanted = " or ".join(map(str, counts))
@@ -51,7 +56,7 @@ class Outputs:
 
     # ---- coils
 
-    def _coil(self, it: Instruction, operands: tuple[Operand, ...]) -> list[list[ast.Item]] | None:
+    def _coil(self, it: Instruction, operands: Operands) -> Paths:
         kind = operands[0].text[:1]
         if it.name == "OUT" and kind in ("T", "C") and len(operands) == 2:
             return self._timer_or_counter(it, operands)
@@ -60,14 +65,14 @@ class Outputs:
             return [[self._reset(device, it.span)]] if device is not None else None
         if it.name == "RST" and kind in ("D", "V", "Z"):
             names = self.devices.registers(operands[0], 1)
-            return [[_block("MOVE", it.span, [("IN", _number(0, it.span))], [("OUT", names[0])])]] if names else None
+            return [[_move(_number(0, it.span), names[0], it.span)]] if names else None
         if len(operands) != 1:
             self.operands(it, range(1, 2))
             return None
         target = self.devices.write(operands[0], _COILS, "device with a coil")
         return [[ast.Coil(_MODIFIERS[it.name], target, it.span)]] if target is not None else None
 
-    def _timer_or_counter(self, it: Instruction, operands: tuple[Operand, ...]) -> list[list[ast.Item]] | None:
+    def _timer_or_counter(self, it: Instruction, operands: Operands) -> Paths:
         device = self.devices.device(operands[0], frozenset("TC"), "timer or counter")
         preset = self.devices.value(operands[1], 32 if device is not None and device.is_long else 16)
         if device is None or preset is None:
@@ -88,7 +93,7 @@ class Outputs:
         inputs = tuple(ast.Pin(name, value, False, span) for name, value in pins)
         return ast.Block(ast.Name(device.name, span), device.type, inputs, power, NO_WIRE, span)
 
-    def _jump(self, it: Instruction, operands: tuple[Operand, ...]) -> list[list[ast.Item]] | None:
+    def _jump(self, it: Instruction, operands: Operands) -> Paths:
         label = label_of(operands[0].text)
         if label is None:
             self.reading.malformed(operands[0].span, f"`{operands[0].text[:40]}` is no label",
@@ -104,7 +109,7 @@ class Outputs:
             return []
         return [ast.Block(self.instance("pulse", "R_TRIG", span), "R_TRIG", (), None, None, span)]
 
-    def _data(self, it: Instruction, match: re.Match) -> list[list[ast.Item]] | None:
+    def _data(self, it: Instruction, match: re.Match) -> Paths:
         if match.re is _PLAIN:
             name, long, pulse = match[1], False, match[2]
         elif match.re is _WORDWISE:
@@ -121,21 +126,21 @@ class Outputs:
         return [[*before, *found[0]]] if len(found) == 1 else [[*before, ast.Branches(
             tuple(ast.Path(tuple(path), it.span) for path in found), it.span)]]
 
-    def _values(self, operands: tuple[Operand, ...], bits: int) -> list[ast.Expr] | None:
+    def _values(self, operands: Operands, bits: int) -> list[ast.Expr] | None:
         found = [self.devices.value(operand, bits) for operand in operands]
         return None if None in found else found
 
-    def _store(self, value: ast.Expr, operand: Operand, bits: int, span: Span) -> list[list[ast.Item]] | None:
+    def _store(self, value: ast.Expr, operand: Operand, bits: int, span: Span) -> Paths:
         """A value into one data register or two."""
         targets = self.devices.registers(operand, bits // 16)
         if targets is None:
             return None
         if bits == 16:
-            return [[_block("MOVE", span, [("IN", value)], [("OUT", targets[0])])]]
+            return [[_move(value, targets[0], span)]]
         self.devices.functions.add("FX_SPLIT")
         return [[_block("FX_SPLIT", span, [("IN", value)], [("OUT", targets[0]), ("HI", targets[1])])]]
 
-    def _move(self, it, name, bits, operands):
+    def _move(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:1], bits)
         if values is None:
             return None
@@ -144,13 +149,14 @@ class Outputs:
             value = _converted(bits, ast.Unary("NOT", _pattern(bits, value), value.span))
         return self._store(value, operands[1], bits, it.span)
 
-    def _negate(self, it, name, bits, operands):
+    def _negate(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands, bits)
         if values is None:
             return None
-        return self._store(ast.Binary("-", _number(0, it.span), values[0], it.span), operands[0], bits, it.span)
+        value = ast.Binary("-", _number(0, it.span), values[0], it.span)
+        return self._store(value, operands[0], bits, it.span)
 
-    def _arithmetic(self, it, name, bits, operands):
+    def _arithmetic(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:2], bits)
         if values is None:
             return None
@@ -161,27 +167,27 @@ class Outputs:
         operator = "+" if name == "ADD" else "-"
         return self._store(ast.Binary(operator, *values, it.span), operands[2], bits, it.span)
 
-    def _step(self, it, name, bits, operands):
+    def _step(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         one = Operand("K1", operands[0].span)
         return self._arithmetic(it, _STEPS[name], bits, (operands[0], one, operands[0]))
 
-    def _bitwise(self, it, name, bits, operands):
+    def _bitwise(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:2], bits)
         if values is None:
             return None
         patterns = (_pattern(bits, value) for value in values)
         return self._store(_converted(bits, ast.Binary(name, *patterns, it.span)), operands[2], bits, it.span)
 
-    def _multiply(self, it, name, bits, operands):
+    def _multiply(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:2], bits)
         if values is None:
             return None
         if bits == 16:
-            factors = (ast.Call("INT_TO_DINT", (ast.Argument(None, v, False, v.span),), v.span) for v in values)
+            factors = (_call("INT_TO_DINT", value) for value in values)
             return self._store(ast.Binary("*", *factors, it.span), operands[2], 32, it.span)
         return self._words("FX_DMUL", values, operands[2], it.span)
 
-    def _divide(self, it, name, bits, operands):
+    def _divide(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:2], bits)
         if values is None:
             return None
@@ -191,13 +197,14 @@ class Outputs:
             targets = self.devices.registers(operands[2], 2)
             self.devices.functions.add("FX_DIV")
             pins = [("A", values[0]), ("B", values[1])]
-            found = [[_block("FX_DIV", it.span, pins, [("OUT", targets[0]), ("R", targets[1])])]] if targets else None
+            outputs = [("OUT", targets[0]), ("R", targets[1])] if targets else []
+            found = [[_block("FX_DIV", it.span, pins, outputs)]] if targets else None
         if found is None:
             return None
         safe = ast.Binary("<>", values[1], _number(0, it.span), it.span)
         return [[ast.Contact("", safe, it.span), *found[0]]]
 
-    def _words(self, function: str, values: list, operand: Operand, span: Span) -> list[list[ast.Item]] | None:
+    def _words(self, function: str, values: list[ast.Expr], operand: Operand, span: Span) -> Paths:
         targets = self.devices.registers(operand, 4)
         if targets is None:
             return None
@@ -205,7 +212,7 @@ class Outputs:
         outputs = list(zip(("OUT", "W1", "W2", "W3"), targets))
         return [[_block(function, span, [("A", values[0]), ("B", values[1])], outputs)]]
 
-    def _compare(self, it, name, bits, operands):
+    def _compare(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         """Three bits in a row: greater, equal, less."""
         values = self._values(operands[:2], bits)
         first = self.devices.device(operands[2], frozenset("YMS"), "device with a coil")
@@ -218,19 +225,20 @@ class Outputs:
             if target is None:
                 return None
             value = ast.Binary(operator, *values, it.span)
-            paths.append([_block("MOVE", it.span, [("IN", value)], [("OUT", target)])])
+            paths.append([_move(value, target, it.span)])
         return paths
 
     # ---- ranges
 
-    def _zone(self, it, name, bits, operands):
+    def _zone(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         """Reset from one device to another."""
         ends = [self.devices.device(operand, frozenset("YMSTCD"), "device") for operand in operands]
         if None in ends:
             return None
         first, last = ends
         if first.kind != last.kind or last.number < first.number or last.number - first.number >= MAX_RANGE:
-            self.reading.malformed(it.span, f"{first.name} to {last.name} is no range of at most {MAX_RANGE} devices")
+            self.reading.malformed(it.span, f"{first.name} to {last.name} is no range of at most {MAX_RANGE} "
+                                   "devices")
             return None
         paths = []
         for number in range(first.number, last.number + 1):
@@ -243,8 +251,8 @@ class Outputs:
             target = self.devices.written(device, it.span)
             if target is None:
                 return None
-            paths.append([_block("MOVE", it.span, [("IN", _number(0, it.span))], [("OUT", target)])
-                          if device.kind == "D" else ast.Coil("R", target, it.span)])
+            paths.append([_move(_number(0, it.span), target, it.span) if device.kind == "D"
+                          else ast.Coil("R", target, it.span)])
         return paths
 
     def _count(self, operand: Operand) -> int | None:
@@ -255,7 +263,7 @@ class Outputs:
             return None
         return found.value
 
-    def _copy(self, it, name, bits, operands):
+    def _copy(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         """BMOV copies a row of registers as it was before, FMOV one value into a row."""
         count = self._count(operands[2])
         targets = self.devices.registers(operands[1], count) if count else None
@@ -274,22 +282,19 @@ class Outputs:
         pairs = list(zip(values, targets))
         if name == "BMOV" and int(values[0].name[1:]) < int(targets[0].name[1:]):
             pairs.reverse()
-        return [[_block("MOVE", it.span, [("IN", value)], [("OUT", target)])] for value, target in pairs]
+        return [[_move(value, target, it.span)] for value, target in pairs]
 
-    def _alternate(self, it, name, bits, operands):
+    def _alternate(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         target = self.devices.write(operands[0], _COILS, "device with a coil")
         if target is None:
             return None
-        value = ast.Unary("NOT", target, it.span)
-        return [[_block("MOVE", it.span, [("IN", value)], [("OUT", target)])]]
+        return [[_move(ast.Unary("NOT", target, it.span), target, it.span)]]
 
 
 _MODIFIERS = {"OUT": "", "OUTI": "/", "SET": "S", "RST": "R", "PLS": "P", "PLF": "N"}
-_SIMPLE = {
-    "OUT": (range(1, 3), Outputs._coil), "OUTI": (range(1, 2), Outputs._coil), "SET": (range(1, 2), Outputs._coil),
-    "RST": (range(1, 2), Outputs._coil), "PLS": (range(1, 2), Outputs._coil), "PLF": (range(1, 2), Outputs._coil),
-    "CJ": (range(1, 2), Outputs._jump), "CJP": (range(1, 2), Outputs._jump),
-}
+_SIMPLE = {word: (range(1, 2), Outputs._coil) for word in _MODIFIERS} | {
+    "OUT": (range(1, 3), Outputs._coil), "CJ": (range(1, 2), Outputs._jump),
+    "CJP": (range(1, 2), Outputs._jump)}
 _DATA = {
     "MOV": (2, Outputs._move), "CML": (2, Outputs._move), "NEG": (1, Outputs._negate),
     "ADD": (3, Outputs._arithmetic), "SUB": (3, Outputs._arithmetic), "MUL": (3, Outputs._multiply),
@@ -316,15 +321,21 @@ def _block(function: str, span: Span, inputs: list, outputs: list) -> ast.Block:
     return ast.Block(None, function, tuple(pins), None, NO_WIRE, span)
 
 
+def _move(value: ast.Expr, target: ast.Name, span: Span) -> ast.Block:
+    return _block("MOVE", span, [("IN", value)], [("OUT", target)])
+
+
+def _call(function: str, value: ast.Expr) -> ast.Call:
+    return ast.Call(function, (ast.Argument(None, value, False, value.span),), value.span)
+
+
 def _pattern(bits: int, value: ast.Expr) -> ast.Expr:
     """A number as a string of bits."""
     if isinstance(value, ast.Literal):
         digits = value.value & ((1 << bits) - 1)
         return ast.Literal(digits, None, f"16#{digits:X}", value.span)
-    name = "INT_TO_WORD" if bits == 16 else "DINT_TO_DWORD"
-    return ast.Call(name, (ast.Argument(None, value, False, value.span),), value.span)
+    return _call("INT_TO_WORD" if bits == 16 else "DINT_TO_DWORD", value)
 
 
 def _converted(bits: int, value: ast.Expr) -> ast.Expr:
-    name = "WORD_TO_INT" if bits == 16 else "DWORD_TO_DINT"
-    return ast.Call(name, (ast.Argument(None, value, False, value.span),), value.span)
+    return _call("WORD_TO_INT" if bits == 16 else "DWORD_TO_DINT", value)

@@ -50,8 +50,11 @@ class Declarations:
     def _name(self, holder: Value, what: str) -> bool:
         if self._text(holder.get("name")):
             return True
-        self.reading.malformed(Span(self.reading.source, holder.start, holder.start + 1), f"{what} has no name")
+        self.reading.malformed(self._begin(holder), f"{what} has no name")
         return False
+
+    def _begin(self, value: Value) -> Span:
+        return Span(self.reading.source, value.start, value.start + 1)
 
     # ---- declarations
 
@@ -59,8 +62,7 @@ class Declarations:
         """Heading and variables; where its name stands, None when it cannot be declared."""
         word = _KINDS.get(kind)
         if word is None:
-            self.reading.malformed(Span(self.reading.source, data.start, data.start + 1),
-                                   f"`{kind[:40]}` is no kind of POU")
+            self.reading.malformed(self._begin(data), f"`{kind[:40]}` is no kind of POU")
             return None
         self._word(word, data.start)
         if not self._name(data, "a POU"):
@@ -146,8 +148,7 @@ class Declarations:
     def _data_type(self, type_: Value) -> None:
         kind = type_.text("derivation")
         if kind not in ("array", "enumerated", "structure"):
-            self.reading.malformed(Span(self.reading.source, type_.start, type_.start + 1),
-                                   f"`{kind[:40]}` is no kind of data type")
+            self.reading.malformed(self._begin(type_), f"`{kind[:40]}` is no kind of data type")
             return
         if not self._name(type_, "a data type"):
             return

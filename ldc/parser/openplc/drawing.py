@@ -19,7 +19,8 @@ from ldc.parser.plcopen.guarded import Additions, Pins
 from ldc.source import Span
 
 MAX_WIRES = 1_000_000
-_CONTACTS = {"negated": ("negated", "true"), "risingEdge": ("edge", "rising"), "fallingEdge": ("edge", "falling")}
+_CONTACTS = {"negated": ("negated", "true"), "risingEdge": ("edge", "rising"),
+             "fallingEdge": ("edge", "falling")}
 _COILS = {**_CONTACTS, "set": ("storage", "set"), "reset": ("storage", "reset")}
 _VARIABLES = {"input-variable": "inVariable", "output-variable": "outVariable",
               "inout-variable": "inOutVariable"}
@@ -156,12 +157,13 @@ class _Rung:
         return made
 
     def _element(self, body: Drawn, key: str, node: Value, kinds: dict[str, tuple[str, str]]) -> None:
-        variant = node.text("data", "variant")
+        kind, variant = node.text("type"), node.text("data", "variant")
         if variant not in kinds and variant not in ("default", ""):
-            self.reading.unsupported(self._place(node), f"{self.where}: a {node.text('type')} `{variant[:40]}`",
+            self.reading.unsupported(self._place(node), f"{self.where}: a {kind} `{variant[:40]}`",
                                      "draw it as another kind of contact or coil")
             return
-        made = self._made(body, key, node, node.text("type"), **dict((kinds[variant],) if variant in kinds else ()))
+        modified = dict([kinds[variant]] if variant in kinds else [])
+        made = self._made(body, key, node, kind, **modified)
         self._connect(made, key)
         name = node.get("data", "variable", "name")
         if name is not None:

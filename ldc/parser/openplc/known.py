@@ -13,16 +13,19 @@ DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
 _LATE_ADDRESS = re.compile(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)
 _HEAD = re.compile(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
 _OTHER_LANGUAGES = (".py", ".cpp")
+_PLACE = re.compile(r"(?:\A|[\\/])pous[\\/](?:programs|functions|function-blocks)[\\/][^\\/]+\.(?:st|il)\Z",
+                    re.IGNORECASE)
 
 
 def kind_of(source: SourceFile) -> str | None:
-    """``project``, ``pou``, or None when it is no such file. A POU in a text language is told by an
-    address behind the type (``start : BOOL AT %IX0.0;``), which IEC 61131-3 writes before the colon."""
+    """``project``, ``pou``, or None when it is no such file. A POU in a text language is told by its place in
+    the project, or by an address behind the type (``start : BOOL AT %IX0.0;``), which IEC 61131-3 writes
+    before the colon."""
     text = source.text
     if _PROJECT.match(text):
         return "project"
     if not _HEAD.match(text):
         return None
-    if DRAWN.search(text) or _LATE_ADDRESS.search(text) or source.path.lower().endswith(_OTHER_LANGUAGES):
+    if source.path.lower().endswith(_OTHER_LANGUAGES) or _PLACE.search(source.path):
         return "pou"
-    return None
+    return "pou" if DRAWN.search(text) or _LATE_ADDRESS.search(text) else None

@@ -12,6 +12,7 @@ from ldc.parser.foreign import Reading
 from ldc.parser.lexer import SECTIONS, Tokens, lex
 from ldc.parser.openplc.drawing import Drawings
 from ldc.parser.openplc.known import DRAWN
+from ldc.parser.openplc.types import plain_pou
 from ldc.parser.openplc.values import JsonText
 from ldc.parser.plcopen.guarded import Additions, Pins, pins_of, retype
 from ldc.parser.reader import POUS, Reader
@@ -50,7 +51,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     if text is not None and text.root is not None and pous:
         body = Drawings(reading, text, pous[-1].name, more := additions(pous[-1], {}))
         pous = (*pous[:-1], *drawn_pou(pous[-1], body.body(text.root), more))
-    pous = tuple(_titled(pou, comments) for pou in pous)
+    pous = tuple(plain_pou(_titled(pou, comments)) for pou in pous)
     return ast.File(source, pous, tuple(reader.type_decls), tuple(reader.globals),
                     tuple(reader.configurations), tuple(comments),
                     reading.lost or reader.units.lost, tuple(reading.remarks))

@@ -15,6 +15,7 @@ from ldc.parser.foreign import Reading
 from ldc.parser.openplc.declarations import Declarations
 from ldc.parser.openplc.drawing import Drawings
 from ldc.parser.openplc.pou import FORMAT, additions, drawn_pou, interface
+from ldc.parser.openplc.types import plain_pou, plain_section, plain_type
 from ldc.parser.openplc.values import JsonText, Value
 from ldc.parser.plcopen.guarded import Pins
 from ldc.parser.plcopen.structured import statements
@@ -66,16 +67,18 @@ class _Project:
             if value is not None and value.data:
                 self.reading.left_out(Span(self.reading.source, value.start, value.start + 1), f"`{key}`",
                                       "communication is set up where the program runs")
-        lost = self.reading.lost or reader.units.lost
-        return ast.File(self.reading.source, self._bodies(reader.pous), tuple(reader.type_decls),
-                        tuple(map(words.noted, reader.globals)), tuple(c for c in configurations if c), (),
-                        lost, tuple(self.reading.remarks))
+        pous = self._bodies(reader.pous)
+        types = tuple(map(plain_type, reader.type_decls))
+        shared = tuple(plain_section(words.noted(section)) for section in reader.globals)
+        return ast.File(self.reading.source, pous, types, shared, tuple(c for c in configurations if c), (),
+                        self.reading.lost or reader.units.lost, tuple(self.reading.remarks))
 
     # ---- bodies
 
     def _bodies(self, heads: list[ast.Pou]) -> tuple[ast.Pou, ...]:
         """The POUs with their bodies, and behind them the function blocks that their drawings need."""
-        heads = [replace(h, var_blocks=tuple(map(self.declarations.noted, h.var_blocks))) for h in heads]
+        heads = [plain_pou(replace(h, var_blocks=tuple(map(self.declarations.noted, h.var_blocks))))
+                 for h in heads]
         interfaces = {h.name.upper(): interface(h) for h in heads if h.kind == "FUNCTION_BLOCK"}
         made: dict[str, ast.Pou] = {}
         found = []
@@ -121,8 +124,8 @@ class _Project:
         span = self.text.span(task)
         name, interval = task.get("name"), task.get("interval")
         if task.text("triggering") == "Interrupt":
-            self.reading.unsupported(self.text.content(name) if name else span, "a task that waits for an interrupt",
-                                     "give the task an interval")
+            self.reading.unsupported(self.text.content(name) if name else span,
+                                     "a task that waits for an interrupt", "give the task an interval")
             return None
         level = min(max(task.number("priority"), 0), _MOST_PRIORITY)
         priority = ast.Literal(level, None, str(level), span)
