@@ -18,7 +18,7 @@ from pathlib import Path
 import _plcopen
 import _tables
 
-SIZES, ROUNDS = (1000, 4000), 3
+SIZES, ROUNDS = (1000, 5000), 3
 
 
 def measured(command: list[str]) -> tuple[float, float, str]:
