@@ -97,10 +97,11 @@ def _compile(commands) -> None:
     _sources(parser)
     parser.add_argument(
         "--emit",
-        choices=("il", "ast", "graph", "tree", "c", "image"),
+        choices=("il", "st", "ast", "graph", "tree", "c", "image"),
         default="il",
-        help="il: the program as text (default); ast: what was read; graph: nets and elements of each rung; "
-        "tree: its series-parallel form; c: the C of native code; image: bytes for the runtime",
+        help="il: the program as text (default); st: as Structured Text; ast: what was read; graph: nets and "
+        "elements of each rung; tree: its series-parallel form; c: the C of native code; image: bytes for the "
+        "runtime",
     )
     parser.add_argument(
         "--format", choices=("text", "dot"), help="of --emit graph (dot also when OUT ends in .dot)"

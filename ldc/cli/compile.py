@@ -16,6 +16,7 @@ from ldc.diagnostics import Diagnostics, Invalid
 from ldc.graph.dump import graph_dot, graph_text, tree_text
 from ldc.il.text import print_program
 from ldc.parser import ast, parse_file
+from ldc.parser.statements import StatementBody
 
 
 def run(options: argparse.Namespace) -> int:
@@ -46,6 +47,8 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
     match emit:
         case "il":
             return print_program(result.program)
+        case "st":
+            return _st_text(result)
         case "image":
             return result.image.data
         case "c":
@@ -57,6 +60,18 @@ def _emitted(result: pipeline.Compiled, emit: str, as_dot: bool) -> str | bytes:
             graph_dot(build.graph).rstrip() + "\n" for builds in result.units.values() for build in builds
         )
     return _each_rung(result, lambda build: graph_text(build.graph, build.turns))
+
+
+def _st_text(result: pipeline.Compiled) -> str:
+    """Bodies that were written in Structured Text as they are, the others made from their IL."""
+    from ldc.il.st_text import print_st
+    from ldc.parser.write import written
+
+    bodies = {}
+    for pou in (p for file in result.project.files for p in file.pous if isinstance(p.body, StatementBody)):
+        if pou.name.upper() not in result.components:
+            bodies[pou.name.upper()] = written((pou,), "body.st", Diagnostics()).source.text
+    return print_st(result.program, bodies)
 
 
 def _c_text(result: pipeline.Compiled) -> str:

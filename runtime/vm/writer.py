@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from ldc.il.control import Plan, plan
 from ldc.il.flat import Flat, flatten
 from ldc.il.program import Unit
 from ldc.types import Type
 from runtime.vm import expression as ex
 from runtime.vm.calls import Calls
-from runtime.vm.control import Plan, plan
 from runtime.vm.expression import Expression
 from runtime.vm.names import Names
 

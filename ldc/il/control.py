@@ -12,7 +12,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 from ldc.il.flat import Flat
-from runtime.vm.loops import Loops, find_loops
+from ldc.il.loops import Loops, find_loops
 
 DEEPEST = 30
 _ROUNDS = 8
