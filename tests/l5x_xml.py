@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from xml.sax.saxutils import escape, quoteattr
 
-ROOT = '<?xml version="1.0" encoding="UTF-8"?>\n<RSLogix5000Content SchemaRevision="1.0" TargetType="Controller">\n'
+ROOT = '<?xml version="1.0" encoding="UTF-8"?>\n<RSLogix5000Content TargetType="Controller">\n'
 
 
 def tag(name: str, type_: str, dims: str = "", data: str = "", more: str = "") -> str:
@@ -49,8 +49,8 @@ def st(name: str, lines: Iterable[str]) -> str:
 
 
 def program(name: str, routines: str, own: str = "", main: str = "Main") -> str:
-    return (f'<Program Name="{name}" MainRoutineName="{main}"><Tags>{own}</Tags><Routines>{routines}</Routines>'
-            "</Program>\n")
+    return (f'<Program Name="{name}" MainRoutineName="{main}"><Tags>{own}</Tags>'
+            f"<Routines>{routines}</Routines></Program>\n")
 
 
 def controller(programs: str, tags_: str = "", types: str = "", addons: str = "", more: str = "") -> str:

@@ -49,7 +49,8 @@ def test_an_empty_level_is_a_wire(tmp_path: Path) -> None:
 
 
 def test_an_output_passes_the_power_on_and_is_read_behind_it(tmp_path: Path) -> None:
-    m = machine(tmp_path, xml.one(["XIC(a)OTE(b)XIC(b)OTL(c)XIO(b)OTE(d);", "XIC(e)OTU(c);"], "BOOL a b c d e"))
+    m = machine(tmp_path,
+                xml.one(["XIC(a)OTE(b)XIC(b)OTL(c)XIO(b)OTE(d);", "XIC(e)OTU(c);"], "BOOL a b c d e"))
     assert trace(m, "b c d", [{}, {"a": True}, {"a": False}, {"e": True}]) == [
         [0, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]]
 
@@ -68,12 +69,14 @@ def test_a_one_shot_with_power_in_the_first_scan_does_not_fire(tmp_path: Path) -
     m = machine(tmp_path, xml.one(["XIC(a)[ONS(s)OTL(p),OSR(s2,r)OTE(q),CTU(c,5,0)];"],
                                   xml.tag("a", "BOOL", data=xml.value("BOOL", 1)) + xml.tags(
                                       "BOOL s s2 p q r; COUNTER c")))
-    assert trace(m, "p r q c.ACC", [{}, {"a": False}, {"a": True}]) == [[0, 0, 1, 0], [0, 0, 0, 0], [1, 1, 1, 1]]
+    assert trace(m, "p r q c.ACC", [{}, {"a": False}, {"a": True}]) == [[0, 0, 1, 0], [0, 0, 0, 0],
+        [1, 1, 1, 1]]
 
 
 def test_bits_of_integers(tmp_path: Path) -> None:
     m = machine(tmp_path, xml.one(
-        ["XIC(a)OTE(d.31);", "XIC(d.31)OTL(w.15);", "XIO(w.15)OTE(b.7);", "XIC(a)XIC(d.[k])OTE(q);", "XIC(c)OTU(w.15);"],
+        ["XIC(a)OTE(d.31);", "XIC(d.31)OTL(w.15);", "XIO(w.15)OTE(b.7);", "XIC(a)XIC(d.[k])OTE(q);",
+         "XIC(c)OTU(w.15);"],
         "BOOL a c q; DINT d k; INT w; SINT b"))
     m.set("k", 31)
     assert trace(m, "d w b q", [{}, {"a": True}, {"c": True}]) == [
@@ -86,7 +89,8 @@ def test_bits_of_integers(tmp_path: Path) -> None:
 def test_ton(tmp_path: Path) -> None:
     m = machine(tmp_path, xml.one(["XIC(a)TON(t,25,0)OTE(q);"], "BOOL a q; TIMER t"))
     assert trace(m, "t.EN t.TT t.DN t.ACC q", scans("a", "011111011")) == [
-        [0, 0, 0, 0, 0], [1, 1, 0, 0, 1], [1, 1, 0, 10, 1], [1, 1, 0, 20, 1], [1, 0, 1, 30, 1], [1, 0, 1, 30, 1],
+        [0, 0, 0, 0, 0], [1, 1, 0, 0, 1], [1, 1, 0, 10, 1], [1, 1, 0, 20, 1], [1, 0, 1, 30, 1],
+        [1, 0, 1, 30, 1],
         [0, 0, 0, 0, 0], [1, 1, 0, 0, 1], [1, 1, 0, 10, 1]]
 
 
@@ -107,19 +111,22 @@ def test_rto_keeps_what_it_has_until_res(tmp_path: Path) -> None:
     m = machine(tmp_path, xml.one(["XIC(a)RTO(t,25,0);", "XIC(r)RES(t);"], "BOOL a r; TIMER t"))
     rows = [*scans("a", "1101110"), {"r": True}]
     assert trace(m, "t.EN t.TT t.DN t.ACC", rows) == [
-        [1, 1, 0, 0], [1, 1, 0, 10], [0, 0, 0, 10], [1, 1, 0, 10], [1, 1, 0, 20], [1, 0, 1, 30], [0, 0, 1, 30],
+        [1, 1, 0, 0], [1, 1, 0, 10], [0, 0, 0, 10], [1, 1, 0, 10], [1, 1, 0, 20], [1, 0, 1, 30],
+        [0, 0, 1, 30],
         [0, 0, 0, 0]]
 
 
 def test_a_timer_keeps_the_preset_of_its_data_and_drops_the_rest(tmp_path: Path) -> None:
     data = xml.structure("TIMER", PRE=15, ACC=9, EN=1, TT=1, DN=0)
-    m = machine(tmp_path, xml.one(["XIC(a)TON(t,?,?);"], xml.tag("t", "TIMER", data=data) + xml.tags("BOOL a")))
+    m = machine(tmp_path,
+                xml.one(["XIC(a)TON(t,?,?);"], xml.tag("t", "TIMER", data=data) + xml.tags("BOOL a")))
     assert m.get("t.PRE") == 15 and m.get("t.ACC") == 0 and m.get("t.EN") is False
     assert trace(m, "t.DN t.ACC", scans("a", "111")) == [[0, 0], [0, 10], [1, 20]]
 
 
 def test_counters_up_and_down(tmp_path: Path) -> None:
-    m = machine(tmp_path, xml.one(["XIC(u)CTU(c,2,0);", "XIC(d)CTD(c,?,?);", "XIC(r)RES(c);"], "BOOL u d r; COUNTER c"))
+    m = machine(tmp_path,
+                xml.one(["XIC(u)CTU(c,2,0);", "XIC(d)CTD(c,?,?);", "XIC(r)RES(c);"], "BOOL u d r; COUNTER c"))
     rows = [{"u": False}, {"u": True}, {}, {"u": False}, {"u": True}, {"d": True}, {"r": True}]
     assert trace(m, "c.ACC c.CU c.CD c.DN", rows) == [
         [0, 0, 0, 0], [1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 0, 0], [2, 1, 0, 1], [1, 1, 1, 0], [0, 0, 0, 0]]
@@ -138,11 +145,14 @@ def test_counters_go_round_at_the_ends_of_a_dint(tmp_path: Path) -> None:
 
 COMPUTED = [
     ("ADD(i,d,x)", "x", 7 + 100), ("SUB(d,2.6,x)", "x", 97), ("MUL(i,i,s)", "s", 49), ("MUL(d,d,s)", "s", 16),
-    ("DIV(i,2,x)", "x", 3), ("DIV(i,2,f)", "f", 3.5), ("DIV(d,z,x)", "x", 100), ("DIV(r,z,f)", "f", float("inf")),
+    ("DIV(i,2,x)", "x", 3), ("DIV(i,2,f)", "f", 3.5), ("DIV(d,z,x)", "x", 100),
+    ("DIV(r,z,f)", "f",float("inf")),
     ("MOD(i,4,x)", "x", 3), ("MOD(r,2,f)", "f", 0.5), ("MOD(i,z,x)", "x", 7), ("NEG(i,x)", "x", -7),
     ("ABS(-5,x)", "x", 5), ("SQR(50,x)", "x", 7), ("SQR(-16,f)", "f", 4.0), ("MOV(r,x)", "x", 2),
-    ("MOV(3.5,x)", "x", 4), ("MOV(-2.5,x)", "x", -2), ("MOV(16#FFFF_FFFF,x)", "x", -1), ("MOV(d,f)", "f", 100.0),
-    ("MOV(300,b)", "b", 44), ("CLR(d)", "d", 0), ("CPT(x,(i+1)*2-d/3)", "x", -17), ("CPT(f,i/2+0.25)", "f", 3.75),
+    ("MOV(3.5,x)", "x", 4), ("MOV(-2.5,x)", "x", -2), ("MOV(16#FFFF_FFFF,x)", "x", -1),
+    ("MOV(d,f)", "f",100.0),
+    ("MOV(300,b)", "b", 44), ("CLR(d)", "d", 0), ("CPT(x,(i+1)*2-d/3)", "x", -17),
+    ("CPT(f,i/2+0.25)", "f",3.75),
     ("CPT(x,2**10)", "x", 1024), ("CPT(x,-i MOD 4)", "x", -3), ("CPT(x,i AND 5 OR 16#10)", "x", 21),
     ("AND(d,6,x)", "x", 4), ("OR(d,3,x)", "x", 103), ("XOR(d,-1,x)", "x", -101), ("NOT(z,x)", "x", -1),
     ("OR(n,0,x)", "x", 65535), ("MVM(16#1234,16#0FF0,x)", "x", 0x230), ("BTD(d,2,x,4,3)", "x", 0x10),
@@ -156,7 +166,8 @@ COMPUTED = [
 def test_computed(tmp_path: Path, text: str, name: str, wanted: object) -> None:
     data = {"i": ("INT", 7), "d": ("DINT", 100), "r": ("REAL", 2.5), "n": ("INT", -1)}
     declared = "".join(xml.tag(n, t, data=xml.value(t, v)) for n, (t, v) in data.items())
-    m = machine(tmp_path, xml.one([f"XIC(go){text};"], declared + xml.tags("BOOL go; DINT x z; SINT b s; REAL f")))
+    m = machine(tmp_path,
+                xml.one([f"XIC(go){text};"], declared + xml.tags("BOOL go; DINT x z; SINT b s; REAL f")))
     before = m.get(name)
     m.scan()
     assert m.get(name) == before, "nothing is computed without power"
@@ -167,8 +178,10 @@ def test_computed(tmp_path: Path, text: str, name: str, wanted: object) -> None:
 
 COMPARED = [
     ("EQU(i,7)", 1), ("NEQ(i,7)", 0), ("GRT(r,2)", 1), ("GEQ(i,r)", 1), ("LES(d,i)", 0), ("LEQ(b,i)", 1),
-    ("LIM(1,i,7)", 1), ("LIM(8,i,7)", 1), ("LIM(8,7.5,7)", 0), ("MEQ(i,6,16#E)", 1), ("CMP(i*2>d-90 AND r<3)", 1),
-    ("CMP(i-7)", 0), ("EQU(t,'abc')", 1), ("NEQ(t,'ABC')", 1), ("LES(b,-1)", 1), ("EQU(u,-1)", 0), ("XIC(i.0)", 1),
+    ("LIM(1,i,7)", 1), ("LIM(8,i,7)", 1), ("LIM(8,7.5,7)", 0), ("MEQ(i,6,16#E)", 1),
+    ("CMP(i*2>d-90 AND r<3)",1),
+    ("CMP(i-7)", 0), ("EQU(t,'abc')", 1), ("NEQ(t,'ABC')", 1), ("LES(b,-1)", 1),
+    ("EQU(u,-1)",0), ("XIC(i.0)", 1),
     ("XIO(i.0)", 0), ("CMP(NOT (i = 7))", 0), ("EQU(t.LEN,3)", 1),
 ]
 
@@ -176,10 +189,11 @@ COMPARED = [
 @pytest.mark.parametrize(("text", "wanted"), COMPARED, ids=[c[0] for c in COMPARED])
 def test_compared(tmp_path: Path, text: str, wanted: int) -> None:
     data = {"i": ("INT", 7), "d": ("DINT", 100), "r": ("REAL", 2.5), "b": ("SINT", -2), "u": ("DINT", 255)}
-    abc = ("<Structure DataType=\"STRING\"><DataValueMember Name=\"LEN\" Value=\"3\"/><DataValueMember Name=\"DATA\">"
-           "<![CDATA['abc$00']]></DataValueMember></Structure>")
+    abc = ('<Structure DataType="STRING"><DataValueMember Name="LEN" Value="3"/>'
+           "<DataValueMember Name=\"DATA\"><![CDATA['abc$00']]></DataValueMember></Structure>")
     declared = "".join(xml.tag(n, t, data=xml.value(t, v)) for n, (t, v) in data.items())
-    m = machine(tmp_path, xml.one([f"{text}OTE(q);"], declared + xml.tag("t", "STRING", data=abc) + xml.tags("BOOL q")))
+    m = machine(tmp_path,
+                xml.one([f"{text}OTE(q);"], declared + xml.tag("t", "STRING", data=abc) + xml.tags("BOOL q")))
     assert trace(m, "q", [{}]) == [[wanted]]
 
 
@@ -198,7 +212,8 @@ def test_strings(tmp_path: Path, text: str, wanted: str) -> None:
 
 
 def test_numbers_in_strings(tmp_path: Path) -> None:
-    m = machine(tmp_path, xml.one(["STOD('a -12b3',x)FIND('abcabc','bc',3,y)FIND('abc','x',1,z);"], "DINT x y z"))
+    m = machine(tmp_path,
+                xml.one(["STOD('a -12b3',x)FIND('abcabc','bc',3,y)FIND('abc','x',1,z);"], "DINT x y z"))
     assert trace(m, "x y z", [{}]) == [[-12, 5, 0]]
 
 
@@ -256,9 +271,10 @@ def test_fal_all_and_one_by_one(tmp_path: Path) -> None:
         ["XIC(all)FAL(c,3,0,ALL,f[c.POS],d[c.POS]*1.5);", "XIC(inc)FAL(e,3,0,INC,d[e.POS],e.POS+10);"],
         "BOOL all inc; REAL f[3]; DINT d[3]; CONTROL c e"))
     assert trace(m, "d[0] d[1] e.POS e.DN", scans("inc", "0101101")) == [
-        [0, 0, 0, 0], [10, 0, 1, 0], [10, 0, 1, 0], [10, 11, 2, 0], [10, 11, 2, 0], [10, 11, 2, 0], [10, 11, 3, 1]]
+        [0, 0, 0, 0], [10, 0, 1, 0], [10, 0, 1, 0], [10, 11, 2, 0], [10, 11, 2, 0], [10, 11, 2, 0],
+        [10, 11, 3, 1]]
     assert trace(m, "f[0] f[2] c.POS c.DN", scans("all", "100")) == [[15.0, 18.0, 3, 1], [15.0, 18.0, 0, 0],
-                                                                  [15.0, 18.0, 0, 0]]
+        [15.0, 18.0, 0, 0]]
 
 
 def test_fsc_stops_at_what_it_finds(tmp_path: Path) -> None:
@@ -266,7 +282,8 @@ def test_fsc_stops_at_what_it_finds(tmp_path: Path) -> None:
                                   "BOOL go go_on; DINT d[4]; CONTROL c"))
     m.set("d[1]", 9)
     rows = [{}, {"go": True}, {}, {"go_on": True}, {}, {}]
-    assert trace(m, "c.POS c.FD c.DN", rows) == [[0, 0, 0], [1, 1, 0], [1, 1, 0], [1, 1, 0], [4, 0, 1], [4, 0, 1]]
+    assert trace(m, "c.POS c.FD c.DN", rows) == [[0, 0, 0], [1, 1, 0], [1, 1, 0], [1, 1, 0], [4, 0, 1],
+                                                 [4, 0, 1]]
 
 
 # ---- the order of rungs -----------------------------------------------------------------------
@@ -282,7 +299,8 @@ def test_subroutines_run_under_power_between_the_rungs_of_the_caller(tmp_path: P
 
 
 def test_a_routine_that_calls_another_and_one_that_nobody_calls(tmp_path: Path) -> None:
-    routines = xml.rll("A", ["JSR(B);", "ADD(n,1,n);"]) + xml.rll("B", ["ADD(n,10,n);"]) + xml.rll("C", ["MOV(0,n);"])
+    routines = xml.rll("A", ["JSR(B);",
+                             "ADD(n,1,n);"]) + xml.rll("B", ["ADD(n,10,n);"]) + xml.rll("C", ["MOV(0,n);"])
     m = machine(tmp_path, xml.one(["JSR(A);", "JSR(B);"], "DINT n", routines))
     assert trace(m, "n", [{}, {}]) == [[21], [42]]
 
@@ -290,11 +308,13 @@ def test_a_routine_that_calls_another_and_one_that_nobody_calls(tmp_path: Path) 
 def test_jumps_labels_and_the_end(tmp_path: Path) -> None:
     m = machine(tmp_path, xml.one(["XIC(a)JMP(x);", "OTL(q);", "LBL(x);", "NOP();", "XIC(b)TND();", "OTL(r);",
                                    "LBL(x2)XIC(a)JMP(last);", "OTL(s);", "LBL(last);"], "BOOL a b q r s"))
-    assert trace(m, "q r s", [{"a": True, "b": True}, {"b": False}, {"a": False}]) == [[0, 0, 0], [0, 1, 0], [1, 1, 1]]
+    assert trace(m, "q r s", [{"a": True, "b": True}, {"b": False}, {"a": False}]) == [[0, 0, 0], [0, 1, 0],
+        [1, 1, 1]]
 
 
 def test_a_master_control_zone_takes_the_power_from_its_rungs(tmp_path: Path) -> None:
-    m = machine(tmp_path, xml.one(["XIC(on1)MCR();", "XIC(a)OTE(q);", "OTL(l)TON(t,1000,0);", "MCR();", "XIC(a)OTE(r);"],
+    m = machine(tmp_path, xml.one(["XIC(on1)MCR();", "XIC(a)OTE(q);", "OTL(l)TON(t,1000,0);", "MCR();",
+                                   "XIC(a)OTE(r);"],
                                   "BOOL on1 a q l r; TIMER t"))
     rows = [{"a": True}, {"on1": True}, {}, {"on1": False}]
     assert trace(m, "q l t.ACC r", rows) == [[0, 0, 0, 1], [1, 1, 0, 1], [1, 1, 10, 1], [0, 1, 0, 1]]
@@ -310,9 +330,11 @@ def test_afi_and_the_first_scan(tmp_path: Path) -> None:
 
 GAIN = xml.addon(
     "Gain",
-    xml.parameter("X", "INT", "Input") + xml.parameter("Factor", "DINT", "Input", False) + xml.parameter("Y", "DINT", "Output")
+    xml.parameter("X", "INT", "Input") + xml.parameter("Factor", "DINT", "Input",
+                                                       False) + xml.parameter("Y", "DINT", "Output")
     + xml.parameter("Log", "DINT", "InOut", dims="3"),
-    xml.rll("Logic", ["MUL(X,Factor,Y)ADD(n,1,n)MOV(n,Log[2]);", "XIC(Reset)CLR(n)OTU(Reset);", "XIO(t.DN)TON(t,20,0);"]),
+    xml.rll("Logic", ["MUL(X,Factor,Y)ADD(n,1,n)MOV(n,Log[2]);", "XIC(Reset)CLR(n)OTU(Reset);",
+                      "XIO(t.DN)TON(t,20,0);"]),
     '<LocalTag Name="n" DataType="DINT"/><LocalTag Name="t" DataType="TIMER"/>'
     '<LocalTag Name="Reset" DataType="BOOL"/>')
 
@@ -327,7 +349,7 @@ def test_an_addon_keeps_its_data_in_the_instance(tmp_path: Path) -> None:
         [5, 21, 1, 2, 2, 10, 1]]
 
 
-def test_an_addon_that_does_something_without_power_and_one_that_switches_the_power_off(tmp_path: Path) -> None:
+def test_an_addon_without_power_and_one_that_switches_the_power_off(tmp_path: Path) -> None:
     flip = xml.addon("Flip", xml.parameter("Q", "BOOL", "Output", False),
                      xml.rll("Logic", ["OTL(Q);", "OTU(EnableOut);"]) + xml.rll("EnableInFalse", ["OTU(Q);"]),
                      more='ExecuteEnableInFalse="true"')
@@ -338,16 +360,19 @@ def test_an_addon_that_does_something_without_power_and_one_that_switches_the_po
 def test_addons_call_one_another_and_lie_in_structures(tmp_path: Path) -> None:
     inner = xml.addon("Inner", xml.parameter("X", "DINT", "Input"), xml.rll("Logic", ["ADD(Sum,X,Sum);"]),
                       '<LocalTag Name="Sum" DataType="DINT"/>')
-    outer = xml.addon("Outer", xml.parameter("X", "DINT", "Input"), xml.rll("Logic", ["Inner(a,X)Inner(b,a.Sum);"]),
+    outer = xml.addon("Outer", xml.parameter("X", "DINT", "Input"),
+                      xml.rll("Logic", ["Inner(a,X)Inner(b,a.Sum);"]),
                       '<LocalTag Name="a" DataType="Inner"/><LocalTag Name="b" DataType="Inner"/>')
-    types = '<DataType Name="Box"><Members><Member Name="o" DataType="Outer" Dimension="2"/></Members></DataType>'
+    types = ('<DataType Name="Box"><Members><Member Name="o" DataType="Outer" Dimension="2"/></Members>'
+             "</DataType>")
     m = machine(tmp_path, xml.one(["Outer(box.o[1],2);"], "Box box", addons=inner + outer, types=types))
     assert trace(m, "box.o[1].a.Sum box.o[1].b.Sum", [{}, {}]) == [[2, 2], [4, 6]]
 
 
 def test_an_addon_in_structured_text_with_defaults_and_an_alias(tmp_path: Path) -> None:
     text = xml.addon(
-        "Clamp", xml.parameter("X", "DINT", "Input") + '<Parameter Name="Top" DataType="DINT" Usage="Input" Required="false">'
+        "Clamp", xml.parameter("X", "DINT", "Input")
+        + '<Parameter Name="Top" DataType="DINT" Usage="Input" Required="false">'
         '<DefaultData Format="Decorated"><DataValue DataType="DINT" Value="9"/></DefaultData></Parameter>'
         '<Parameter Name="Y" TagType="Alias" Usage="Output" AliasFor="r.PRE" Required="true"/>',
         xml.st("Logic", ["IF X > Top THEN // cut", "  r.PRE := Top; RETURN;", "END_IF;", "r.PRE := X;"]),
@@ -362,11 +387,12 @@ def test_an_addon_in_structured_text_with_defaults_and_an_alias(tmp_path: Path) 
 def test_structures_with_bits_arrays_and_values(tmp_path: Path) -> None:
     types = ('<DataType Name="Part" Family="NoFamily" Class="User"><Members>'
              '<Member Name="ZZZZHost0" DataType="SINT" Dimension="0" Hidden="true"/>'
-             '<Member Name="Ok" DataType="BIT" Dimension="0" Hidden="false" Target="ZZZZHost0" BitNumber="0"/>'
+             '<Member Name="Ok" DataType="BIT" Dimension="0" Target="ZZZZHost0" BitNumber="0"/>'
              '<Member Name="Step" DataType="INT" Dimension="3"/></Members></DataType>')
     data = ('<Array DataType="Part" Dimensions="2"><Element Index="[1]"><Structure DataType="Part">'
-            '<DataValueMember Name="Ok" DataType="BOOL" Value="1"/><ArrayMember Name="Step" DataType="INT" Dimensions="3">'
-            '<Element Index="[0]" Value="16#ffff"/><Element Index="[2]" Value="5"/></ArrayMember></Structure></Element></Array>')
+            '<DataValueMember Name="Ok" DataType="BOOL" Value="1"/>'
+            '<ArrayMember Name="Step" DataType="INT" Dimensions="3"><Element Index="[0]" Value="16#ffff"/>'
+            '<Element Index="[2]" Value="5"/></ArrayMember></Structure></Element></Array>')
     m = machine(tmp_path, xml.one(["XIC(parts[k].Ok)MOV(parts[k].Step[2],n);"],
                                   xml.tag("parts", "Part", "2", data) + xml.tags("DINT k n"), types=types))
     assert m.get("parts[1].Step_[0]") == -1
@@ -374,11 +400,12 @@ def test_structures_with_bits_arrays_and_values(tmp_path: Path) -> None:
 
 
 def test_aliases_modules_and_undeclared_inputs(tmp_path: Path) -> None:
-    module = ('<Modules><Module Name="In" ParentModule="Local"><Ports><Port Id="1" Address="1" Type="ICP" Upstream="true"/>'
-              '</Ports><Communications><Connections><Connection Name="Std"><InputTag><Data Format="Decorated">'
+    module = ('<Modules><Module Name="In" ParentModule="Local"><Ports>'
+              '<Port Id="1" Address="1" Type="ICP" Upstream="true"/></Ports><Communications><Connections>'
+              '<Connection Name="Std"><InputTag><Data Format="Decorated">'
               '<Structure DataType="AB:1756_DI:I:0"><DataValueMember Name="Fault" DataType="DINT" Value="0"/>'
-              '<DataValueMember Name="Data" DataType="DINT" Value="2"/></Structure></Data></InputTag></Connection>'
-              "</Connections></Communications></Module></Modules>")
+              '<DataValueMember Name="Data" DataType="DINT" Value="2"/></Structure></Data></InputTag>'
+              "</Connection></Connections></Communications></Module></Modules>")
     declared = ('<Tag Name="Door" TagType="Alias" AliasFor="Local:1:I.Data.1"/>'
                 '<Tag Name="Lamp" TagType="Alias" AliasFor="Local:2:O.Data.3"/>')
     m = machine(tmp_path, xml.one(["XIC(Door)OTE(Lamp);", "GRT(Local:3:I.Ch0Data,5)OTE(high);"],
@@ -395,9 +422,11 @@ def test_program_tags_hide_those_of_the_controller(tmp_path: Path) -> None:
 
 
 def test_tasks_run_their_programs_at_their_rates(tmp_path: Path) -> None:
-    programs = "".join(xml.program(p, xml.rll("Main", [f"ADD({p}n,1,{p}n);"])) for p in ("Slow", "All", "Never"))
-    tasks = ('<Tasks><Task Name="Cont" Type="PERIODIC" Rate="10" Priority="10"><ScheduledPrograms><ScheduledProgram Name="All"/>'
-             '</ScheduledPrograms></Task><Task Name="P30" Type="PERIODIC" Rate="30" Priority="5"><ScheduledPrograms>'
+    programs = "".join(xml.program(p, xml.rll("Main", [f"ADD({p}n,1,{p}n);"]))
+                       for p in ("Slow", "All", "Never"))
+    tasks = ('<Tasks><Task Name="P10" Type="PERIODIC" Rate="10" Priority="10"><ScheduledPrograms>'
+             '<ScheduledProgram Name="All"/></ScheduledPrograms></Task>'
+             '<Task Name="P30" Type="PERIODIC" Rate="30" Priority="5"><ScheduledPrograms>'
              '<ScheduledProgram Name="Slow"/></ScheduledPrograms></Task></Tasks>')
     m = machine(tmp_path, xml.controller(programs, xml.tags("DINT Slown Alln Nevern"), more=tasks))
     trace(m, "Slown", [{}] * 7)
@@ -406,7 +435,8 @@ def test_tasks_run_their_programs_at_their_rates(tmp_path: Path) -> None:
 
 def test_structured_text_routines(tmp_path: Path) -> None:
     body = ["(* sum *) total := 0;", "FOR k := 0 TO 3 DO", " IF a[k] < 0 THEN CONTINUE; END_IF;",
-            "  total := total + a[k] / 2; /* REAL */", "END_FOR;", "CASE mode OF", " 1, 2: n := 10;", " 3..5: n := 2.5;",
+            "  total := total + a[k] / 2; /* REAL */", "END_FOR;", "CASE mode OF", " 1, 2: n := 10;",
+            " 3..5: n := 2.5;",
             "ELSE n := n + 1; END_CASE;", "WHILE n > 100 DO n := n - 1; END_WHILE;", "w.3 := total > 2;",
             "REPEAT m := m + 1; UNTIL m >= 5 END_REPEAT;"]
     declared = xml.tags("REAL total; DINT a[4] k n m w; INT mode; BOOL go")
@@ -419,7 +449,8 @@ def test_structured_text_routines(tmp_path: Path) -> None:
 
 def test_pid_moves_its_output_by_gains_and_limits(tmp_path: Path) -> None:
     data = xml.structure("PID", KP="2.0", KI="1.0", UPD="0.5", MAXO="60.0", SP="10.0")
-    m = machine(tmp_path, xml.one(["PID(p,pv,0,cv,0,0,0);"], xml.tag("p", "PID", data=data) + xml.tags("REAL pv cv")))
+    m = machine(tmp_path,
+                xml.one(["PID(p,pv,0,cv,0,0,0);"], xml.tag("p", "PID", data=data) + xml.tags("REAL pv cv")))
     assert trace(m, "cv p.ERR p.OLH", [{"pv": 4.0}, {}, {"pv": -90.0}]) == [
         [15.0, 6.0, 0], [18.0, 6.0, 0], [60.0, 100.0, 1]]
 

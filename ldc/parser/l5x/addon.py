@@ -1,9 +1,9 @@
 """Add-On Instructions: a structure with the data of an instance, and a FUNCTION with the logic.
 
 An instance is data alone, as in the controller: its parameters are read and written from outside, it lies in
-arrays and in other structures. InOut parameters are VAR_IN_OUT; required inputs are pins; required outputs are stored
-behind the call, under power. Without power the inputs are passed and nothing else is done, unless the instruction
-has an EnableInFalse routine (1756-PM010, scan modes).
+arrays and in other structures. InOut parameters are VAR_IN_OUT; required inputs are pins; required outputs
+are stored behind the call, under power. Without power the inputs are passed and nothing else is done, unless
+the instruction has an EnableInFalse routine (1756-PM010, scan modes).
 """
 
 from __future__ import annotations
@@ -113,7 +113,8 @@ class AddOn:
         reading, span = self.context.reading, self.node.attribute("Name")
         for routine, flag in _SCANS.items():
             if self.node.flag(flag) and self._scanned(routine) is not None:
-                reading.unsupported(self._scanned(routine).span, f"the {routine} routine of an Add-On Instruction",
+                reading.unsupported(self._scanned(routine).span,
+                                    f"the {routine} routine of an Add-On Instruction",
                                     "give the tags their values at the start")
         if self.node.find("EncodedData") is not None or self.node.get("EncryptionConfig"):
             reading.unsupported(self.node.span, f"protected Add-On Instruction {self.node.get('Name')}",
@@ -133,13 +134,16 @@ class AddOn:
         inputs = (declare("EnableIn", BOOL, span),
                   *(declare_as(p.pin, p.type, p.span) for p in self._pins("Input")))
         data = ast.VarDecl(SELF, None, types.written(self.data, span), None, span, span)
-        sections = (ast.VarBlock("VAR_INPUT", (), inputs, span), ast.VarBlock("VAR_IN_OUT", (), (data, *in_outs), span),
+        sections = (ast.VarBlock("VAR_INPUT", (), inputs, span),
+                    ast.VarBlock("VAR_IN_OUT", (), (data, *in_outs), span),
                     *writer.sections(span))
         title = prose(self.node.find("Description")) or None
-        return ast.Pou("FUNCTION", self.function, title, types.written(BOOL, span), sections, body, self.node.whole, span)
+        return ast.Pou("FUNCTION", self.function, title, types.written(BOOL, span), sections, body,
+                       self.node.whole, span)
 
     def _pins(self, usage: str) -> list[Parameter]:
-        return [p for p in self.parameters if p.usage == usage and p.required and p.name.upper() != "ENABLEIN"]
+        return [p for p in self.parameters if p.usage == usage and p.required
+                and p.name.upper() != "ENABLEIN"]
 
     def _own(self, name: str, span: Span) -> ast.Expr:
         member = self.data.members.get(name.upper())
@@ -150,7 +154,8 @@ class AddOn:
         found = writer.read(tag.alias) if tag.alias is not None else None
         return found or writer.operands.tag_value(tag, parameter.span)
 
-    def _rungs(self, writer: Writer, logic: Routine | None, idle: Routine | None, done: str, span: Span) -> list[ast.Rung]:
+    def _rungs(self, writer: Writer, logic: Routine | None, idle: Routine | None, done: str,
+               span: Span) -> list[ast.Rung]:
         enable = ast.Name("EnableIn", span)
         rungs = []
         for p in self._pins("Input"):
@@ -169,14 +174,17 @@ class AddOn:
             never = [ast.Contact("/", enable, span), ast.Jump(done, span)]
             rungs.append(writer.made(never, span, start))
         rungs += rungs_of(writer, logic) if logic is not None else []
-        result = [ast.Contact("", self._own("EnableOut", span), span), ast.Coil("", ast.Name(self.function, span), span)]
+        result = [ast.Contact("", self._own("EnableOut", span), span),
+                  ast.Coil("", ast.Name(self.function, span), span)]
         return [*rungs, writer.made(result, span, done)]
 
-    def _statements(self, writer: Writer, logic: Routine | None, idle: Routine | None, span: Span) -> st.StatementBody:
+    def _statements(self, writer: Writer, logic: Routine | None, idle: Routine | None,
+                    span: Span) -> st.StatementBody:
         """Statements, or for a ladder among them the finding that both have to be of one language."""
         enable = ast.Name("EnableIn", span)
         found: list[st.Statement] = [
-            st.Assign(self._value(writer, p).expr, convert(Value(ast.Name(p.pin, span), p.type, span), p.type), span)
+            st.Assign(self._value(writer, p).expr,
+                      convert(Value(ast.Name(p.pin, span), p.type, span), p.type), span)
             for p in self._pins("Input")]
         found += [st.Assign(self._own(name, span), enable, span) for name in ("EnableIn", "EnableOut")]
         result = st.Assign(ast.Name(self.function, span), self._own("EnableOut", span), span)
@@ -200,7 +208,8 @@ class AddOn:
         given = len(i.operands)
         if given != len(wanted) + 1:
             writer.reading.malformed(i.span, f"{i.name} takes {len(wanted) + 1} operands, {given} are given",
-                                     help="an instance, then " + (", ".join(p.name for p in wanted) or "nothing else"))
+                                     help="an instance, then " + (", ".join(p.name for p in wanted)
+                                                                  or "nothing else"))
             return []
         instance = writer.place(i.operands[0])
         if instance is None:

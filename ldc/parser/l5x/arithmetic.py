@@ -5,7 +5,9 @@ from __future__ import annotations
 from ldc.parser import ast
 from ldc.parser.l5x.support import Support
 from ldc.parser.l5x.types import BOOL, DINT, REAL, Text, is_real
-from ldc.parser.l5x.values import Value, as_bits, bits_of, call, common, convert, from_bits, joined, literal, negated
+from ldc.parser.l5x.values import (
+    Value, as_bits, bits_of, call, common, convert, from_bits, joined, literal, negated,
+)
 from ldc.source import Span
 
 _LOGIC, _COMPARISONS = ("AND", "&", "XOR", "OR"), ("=", "<>", "<", ">", "<=", ">=")
@@ -87,7 +89,8 @@ def unary(op: str, operand: Value, span: Span) -> Value:
 def _whole(value: Value) -> Value:
     """A number for logic: a real is rounded, a BOOL is 0 or 1."""
     if is_real(value.type) or value.type == BOOL:
-        return Value(convert(value, DINT), DINT, value.span, round(value.number) if value.number is not None else None)
+        number = round(value.number) if value.number is not None else None
+        return Value(convert(value, DINT), DINT, value.span, number)
     return value
 
 

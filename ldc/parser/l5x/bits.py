@@ -40,7 +40,8 @@ def _ons(w: Writer, i: Instruction) -> list[ast.Item]:
     if storage is None:
         return []
     w.start(storage, (), True)
-    return [_parallel(i, [w.contact(storage, i.span, True)], [w.coil(storage, i.span), w.always(False, i.span)])]
+    return [_parallel(i, [w.contact(storage, i.span, True)],
+                      [w.coil(storage, i.span), w.always(False, i.span)])]
 
 
 def _osr(w: Writer, i: Instruction) -> list[ast.Item]:
@@ -50,7 +51,8 @@ def _osr(w: Writer, i: Instruction) -> list[ast.Item]:
         return []
     w.start(storage, (), True)
     w.start(output, (), False)
-    return [_parallel(i, [w.contact(storage, i.span, True), w.coil(output, i.span)], [w.coil(storage, i.span)])]
+    return [_parallel(i, [w.contact(storage, i.span, True), w.coil(output, i.span)],
+                      [w.coil(storage, i.span)])]
 
 
 def _osf(w: Writer, i: Instruction) -> list[ast.Item]:
@@ -59,7 +61,8 @@ def _osf(w: Writer, i: Instruction) -> list[ast.Item]:
     if storage is None or output is None:
         return []
     if output.whole is not None:
-        w.reading.unsupported(i.operands[1], "OSF with a bit of an integer as its output", "give it a BOOL tag")
+        w.reading.unsupported(i.operands[1], "OSF with a bit of an integer as its output",
+                              "give it a BOOL tag")
         return []
     w.start(storage, (), False)
     w.start(output, (), False)
@@ -121,8 +124,10 @@ def _zero(value: Value) -> Value:
 
 
 TABLE = {
-    "XIC": (1, 1, _contact), "XIO": (1, 1, _contact), "OTE": (1, 1, _coil), "OTL": (1, 1, _coil), "OTU": (1, 1, _coil),
-    "ONS": (1, 1, _ons), "OSR": (2, 2, _osr), "OSF": (2, 2, _osf), "AFI": (0, 0, _never), "NOP": (0, 0, _nothing),
+    "XIC": (1, 1, _contact), "XIO": (1, 1, _contact),
+    "OTE": (1, 1, _coil), "OTL": (1, 1, _coil), "OTU": (1, 1, _coil),
+    "ONS": (1, 1, _ons), "OSR": (2, 2, _osr), "OSF": (2, 2, _osf),
+    "AFI": (0, 0, _never), "NOP": (0, 0, _nothing),
     **dict.fromkeys(_COMPARISONS, (2, 2, _compare)), "LIM": (3, 3, _limit), "LIMIT": (3, 3, _limit),
     "MEQ": (3, 3, _masked), "CMP": (1, 1, _cmp),
 }

@@ -50,12 +50,13 @@ def _copy(w: Writer, i: Instruction) -> list[ast.Item]:
     if length.number == 1 or length.number is not None and b is None:
         return [w.store(last, first, i.span)]
     if a is None or b is None:
-        w.reading.unsupported(i.span, f"{i.name} from or to what is no array", f"{_COPY}: give it a length of 1")
+        w.reading.unsupported(i.span, f"{i.name} from or to what is no array",
+                              f"{_COPY}: give it a length of 1")
         return []
     numbers = [("first", a[1]), ("into", b[1]), ("length", convert(length, DINT))]
     if a[0].span.text.upper() == b[0].span.text.upper():
-        name = w.support.use("logix_move", T=_text(b[2].element), N=str(b[2].sizes[0]), ARRAY=types.text(b[2]),
-                             COUNT=str(b[2].sizes[0]))
+        name = w.support.use("logix_move", T=_text(b[2].element), N=str(b[2].sizes[0]),
+                             ARRAY=types.text(b[2]), COUNT=str(b[2].sizes[0]))
         return [w.block(name, i.span, [*numbers, ("cells", b[0].expr)])]
     name = w.support.use("logix_copy", T=_text(b[2].element), N=f"{a[2].sizes[0]}_{b[2].sizes[0]}",
                          SOURCE=types.text(a[2]), DEST=types.text(b[2]), COUNT=str(b[2].sizes[0]))
@@ -96,7 +97,9 @@ def control_of(w: Writer, i: Instruction, at: int) -> tuple[Value, str] | None:
     return found[0], found[1].name
 
 
-def _whole_array(w: Writer, text: Span, name: str, element: Type | None = None) -> tuple[Value, ast.Expr, Array] | None:
+def _whole_array(
+    w: Writer, text: Span, name: str, element: Type | None = None,
+) -> tuple[Value, ast.Expr, Array] | None:
     value = w.place(text)
     found = None if value is None else _array(value)
     if value is not None and (found is None or element is not None and found[2].element != element):
@@ -115,13 +118,15 @@ def _load(w: Writer, i: Instruction) -> list[ast.Item]:
     array, at, type_ = found
     name = w.support.use("logix_load", T=_text(type_.element), N=str(type_.sizes[0]), ARRAY=types.text(type_),
                          CONTROL=control[1])
-    pins = [("value", convert(source, type_.element)), ("into", at), ("cells", array.expr), ("control", control[0].expr)]
+    pins = [("value", convert(source, type_.element)), ("into", at), ("cells", array.expr),
+            ("control", control[0].expr)]
     return [w.block(name, i.span, pins, "power", "OUT")]
 
 
 def _unload(w: Writer, i: Instruction) -> list[ast.Item]:
     """What is taken out goes to the destination where the controller says so: under power, at its rise."""
-    found, target, control = _whole_array(w, i.operands[0], i.name), w.place(i.operands[1]), control_of(w, i, 2)
+    found, target = _whole_array(w, i.operands[0], i.name), w.place(i.operands[1])
+    control = control_of(w, i, 2)
     if target is None or found is None or control is None:
         return []
     w.start(control[0], ("EU",), True)
@@ -135,7 +140,8 @@ def _unload(w: Writer, i: Instruction) -> list[ast.Item]:
                          CONTROL=control[1], NOTHING=_nothing(element))
     taken = w.local(f"{i.name.lower()}_taken", types.written(element, i.span), i.span)
     fresh = w.local(f"{i.name.lower()}_done", types.written(BOOL, i.span), i.span)
-    block = w.block(name, i.span, [("into", at), ("cells", array.expr), ("control", control[0].expr)], "power", "OUT",
+    block = w.block(name, i.span, [("into", at), ("cells", array.expr), ("control", control[0].expr)],
+                    "power", "OUT",
                     [("taken", ast.Name(taken, i.span)), ("done", ast.Name(fresh, i.span))])
     store = w.store(target, Value(ast.Name(taken, i.span), element, i.span), i.span)
     levels = ([block], [ast.Contact("", ast.Name(fresh, i.span), i.span), store, w.always(False, i.span)])
@@ -156,18 +162,21 @@ def _shift(w: Writer, i: Instruction) -> list[ast.Item]:
     if i.operands[3].text != "?":
         length = w.read(i.operands[3])
         if length is None or not isinstance(length.number, int):
-            w.reading.malformed(i.operands[3], f"the length of {i.name} is no whole number", help="write `?` here")
+            w.reading.malformed(i.operands[3], f"the length of {i.name} is no whole number",
+                                help="write `?` here")
             return []
         w.start(control[0], ("LEN",), length.number)
     w.start(control[0], ("EN",), True)
     array, at, type_ = found
-    name = w.support.use("logix_shift_left" if i.name == "BSL" else "logix_shift_right", N=str(type_.sizes[0]),
+    name = w.support.use("logix_shift_left" if i.name == "BSL" else "logix_shift_right",
+                         N=str(type_.sizes[0]),
                          ARRAY=types.text(type_), CONTROL=control[1].name)
     pins = [("bit", bit.expr), ("into", at), ("cells", array.expr), ("control", control[0].expr)]
     return [w.block(name, i.span, pins, "power", "OUT")]
 
 
 TABLE = {
-    "COP": (3, 3, _copy), "CPS": (3, 3, _copy), "FLL": (3, 3, _fill), "FFL": (3, 5, _load), "LFL": (3, 5, _load),
-    "FFU": (3, 5, _unload), "LFU": (3, 5, _unload), "BSL": (4, 4, _shift), "BSR": (4, 4, _shift),
+    "COP": (3, 3, _copy), "CPS": (3, 3, _copy), "FLL": (3, 3, _fill),
+    "FFL": (3, 5, _load), "LFL": (3, 5, _load), "FFU": (3, 5, _unload), "LFU": (3, 5, _unload),
+    "BSL": (4, 4, _shift), "BSR": (4, 4, _shift),
 }

@@ -31,14 +31,15 @@ TABLE: dict[str, Row] = {
     for name, (least, most, write) in module.TABLE.items()
 }
 _HELP = {
-    "MSG": "messages to other devices have no counterpart: set the tag that the answer goes to in the project",
+    "MSG": "messages to other devices have no counterpart: give the tag that takes the answer its value",
     "GSV": "what it reads of the controller does not exist here: give the value by a tag",
     "SSV": "what it sets in the controller does not exist here: take the instruction away",
 }
 
 
 def write(writer: Writer, instruction: Instruction) -> list[ast.Item]:
-    """The items of a rung that do what the instruction does; none when it is wrong, not read, or without effect."""
+    """The items of a rung that do what the instruction does; none when it is wrong, not read, or without
+    effect."""
     name = instruction.name
     row = TABLE.get(name)
     if row is None:
@@ -49,11 +50,13 @@ def write(writer: Writer, instruction: Instruction) -> list[ast.Item]:
             name, "write it with instructions that are read; docs/import-l5x.md lists them"))
         return []
     given = len(instruction.operands)
+    are = "is" if given == 1 else "are"
     if given < row.least or row.most is not None and given > row.most:
         wanted = f"{row.least}" if row.most == row.least else (
             f"{row.least} to {row.most}" if row.most else f"at least {row.least}")
-        writer.reading.malformed(instruction.span, f"{name} takes {wanted} operand{'s' if wanted != '1' else ''}, "
-                                 f"{given} {'is' if given == 1 else 'are'} given", help="check the instruction")
+        writer.reading.malformed(instruction.span,
+                                 f"{name} takes {wanted} operand{'s' if wanted != '1' else ''}, "
+                                 f"{given} {are} given", help="check the instruction")
         return []
     return row.write(writer, instruction)
 

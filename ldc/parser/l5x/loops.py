@@ -1,5 +1,5 @@
-"""FAL and FSC: an expression for each element of arrays. Each is a POU of its own, since it names tags of the program:
-a FUNCTION_BLOCK without memory, in an Add-On Instruction a FUNCTION."""
+"""FAL and FSC: an expression for each element of arrays. Each is a POU of its own, since it names tags of the
+program: a FUNCTION_BLOCK without memory, in an Add-On Instruction a FUNCTION."""
 
 from __future__ import annotations
 
@@ -101,7 +101,8 @@ def _put(node: object, names: dict[str, ast.Expr], body: tuple[st.Statement, ...
     if isinstance(node, tuple):
         found: list[object] = []
         for part in node:
-            if isinstance(part, st.Invoke) and isinstance(part.callee, ast.Name) and part.callee.name == "body":
+            called = part.callee if isinstance(part, st.Invoke) else None
+            if isinstance(called, ast.Name) and called.name == "body":
                 found += body
             else:
                 found.append(_put(part, names, body))

@@ -83,7 +83,8 @@ class _Reader:
                 open_, begin, count = [_Open(self.at, [[]])], self.at, 0
             else:
                 self._wrong(start, "`;` inside of a branch" if word == ";" else f"`{word}` is not expected",
-                            "close the branch with `]`" if word == ";" else "a rung holds instructions and branches")
+                            "close the branch with `]`" if word == ";" else
+                            "a rung holds instructions and branches")
                 return
             if count > MAX_ELEMENTS or len(open_) > MAX_DEPTH:
                 deep = len(open_) > MAX_DEPTH

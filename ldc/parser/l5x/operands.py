@@ -22,7 +22,8 @@ _TOKEN = re.compile(r"""\s*(?:
   | (?P<name>\\?[A-Za-z_]\w*(?::\w+)*)
   | (?P<string>'(?:[^'$]|\$.)*')
   | (?P<sign>\*\*|<=|>=|<>|:=|\S))""", re.VERBOSE)
-_STEP = re.compile(r"\s*(?:\.(?P<bit>\d+)(?![\w.])|\.(?P<name>[A-Za-z_]\w*)|(?P<indirect>\.\[)|(?P<index>\[))")
+_STEP = re.compile(r"""\s*(?:\.(?P<bit>\d+)(?![\w.]) | \.(?P<name>[A-Za-z_]\w*) | (?P<indirect>\.\[)
+                     | (?P<index>\[))""", re.VERBOSE)
 _WORDS = {"MOD": "MOD", "AND": "AND", "OR": "OR", "XOR": "XOR"}
 _RANK = {"OR": 1, "XOR": 2, "AND": 3, "&": 3, "=": 4, "<>": 4, "<": 4, ">": 4, "<=": 4, ">=": 4,
          "+": 5, "-": 5, "*": 6, "/": 6, "MOD": 6, "**": 7}
@@ -37,8 +38,8 @@ class Wrong(Exception):
 
 
 class Operands:
-    """Reads operands of one POU. ``externals`` collects the globals that it uses; ``scan``: the program whose first
-    scan S:FS tells, "" for none; ``strange``: a name was read that nobody declares."""
+    """Reads operands of one POU. ``externals`` collects the globals that it uses; ``scan``: the program whose
+    first scan S:FS tells, "" for none; ``strange``: a name was read that nobody declares."""
 
     def __init__(self, reading: Reading, scope: Scope, globals_: Globals, externals: Externals,
                  support: Support) -> None:
@@ -47,8 +48,9 @@ class Operands:
         self.scan, self.strange = "", False
 
     def read(self, text: Span, real: bool = False, hint: Type | None = None) -> Value | None:
-        """The operand or expression; None when it is none (that was told). ``real``: the result goes to a REAL, so
-        integers are computed as such too. ``hint``: the type of an input or output that no module declares."""
+        """The operand or expression; None when it is none (that was told). ``real``: the result goes to a
+        REAL, so integers are computed as such too. ``hint``: the type of an input or output that no module
+        declares."""
         try:
             parser = Parser(self, text, real, hint)
             found = parser.expression(0)
@@ -92,7 +94,8 @@ class Operands:
             return value
         own = found.name if found is not None else name
         way = None if value.way is None else (value.way[0], (*value.way[1], name.upper()))
-        return Value(ast.Member(value.expr, own, span), found.type if found else None, span, way=way, place=True)
+        return Value(ast.Member(value.expr, own, span), found.type if found else None, span, way=way,
+                     place=True)
 
     def bit(self, value: Value, number: Value, span: Span) -> Value:
         if not is_integer(value.type):
@@ -108,8 +111,8 @@ class Operands:
         way = None
         if value.way is not None and number.number is not None:
             way = (value.way[0], (*value.way[1], f".{number.number}"))
-        return Value(call(name, span, value.expr, number.expr), BOOL, span, whole=value, bit=number.expr, way=way,
-                     place=True)
+        return Value(call(name, span, value.expr, number.expr), BOOL, span, whole=value, bit=number.expr,
+                     way=way, place=True)
 
 
 class Parser:
@@ -140,7 +143,8 @@ class Parser:
         span = span or self.span(self.start, max(self.end, self.start))
         if span.start >= span.end:
             span = self.text
-        self.reading.malformed(span, message, help=help or "operands are tags, numbers and expressions of them")
+        help = help or "operands are tags, numbers and expressions of them"
+        self.reading.malformed(span, message, help=help)
         return Wrong()
 
     def expect(self, sign: str) -> None:
@@ -191,7 +195,8 @@ class Parser:
             return inner
         if kind != "name":
             if word == "?":
-                raise self.wrong("an operand is `?`", "give it a tag or a number in the editor that the file comes from")
+                raise self.wrong("an operand is `?`",
+                                 "give it a tag or a number in the editor that the file comes from")
             raise self.wrong(f"`{word}` is no operand" if word else "an operand is missing")
         return self.named()
 
@@ -233,7 +238,8 @@ class Parser:
             self.advance()
             argument = self.expression(0)
             self.expect(")")
-            found = arithmetic.function(key, argument, self.span(start, argument.span.end), self.operands.support)
+            found = arithmetic.function(key, argument, self.span(start, argument.span.end),
+                                        self.operands.support)
             if found is None:
                 self.reading.unsupported(span, f"function {key}", "write it with instructions that are read")
                 raise Wrong
@@ -251,17 +257,20 @@ class Parser:
                 return self.aliased(tag, span)
             return operands.tag_value(tag, span)
         if word.upper() == "S:FS" and operands.scan:
-            return operands.tag_value(operands.globals.add(
-                f"first scan {operands.scan}", f"{operands.scan}_first_scan".lstrip("_"), BOOL, span, "S:FS"), span)
+            wanted = f"{operands.scan}_first_scan"
+            flag = operands.globals.add(f"first scan {operands.scan}", wanted, BOOL, span, "S:FS")
+            return operands.tag_value(flag, span)
         if word.upper() in _STATUS:
-            self.reading.unsupported(span, f"the status bit {word}", "test the result of the instruction instead")
+            self.reading.unsupported(span, f"the status bit {word}",
+                                     "test the result of the instruction instead")
             raise Wrong
         if ":" in word:
             return self.of_module(word, span)
         operands.strange = True
         if operands.globals.hides(word):
             # Another scope has a tag that our text calls so.
-            raise self.wrong(f"there is no tag `{word}` in this scope", "name a tag of the program or of the controller",
+            raise self.wrong(f"there is no tag `{word}` in this scope",
+                             "name a tag of the program or of the controller",
                              span)
         return Value(ast.Name(word, span), None, span, place=True)
 
@@ -325,7 +334,8 @@ class Parser:
             else:
                 indexes = self.indexes()
                 span = self.span(start, self.at)
-                value = self.operands.bit(value, indexes[0], span) if kind == "indirect" else self.element(value, indexes, span)
+                value = (self.operands.bit(value, indexes[0], span) if kind == "indirect"
+                         else self.element(value, indexes, span))
         self.advance()
         return value
 
@@ -346,7 +356,8 @@ class Parser:
         type_ = value.type.element if isinstance(value.type, Array) else None
         numbers = tuple(i.number for i in indexes)
         way = None
-        if value.way is not None and isinstance(value.type, Array) and all(isinstance(n, int) for n in numbers):
+        constant = all(isinstance(n, int) for n in numbers)
+        if value.way is not None and isinstance(value.type, Array) and constant:
             way = (value.way[0], (*value.way[1], numbers))
         expr = ast.Index(value.expr, tuple(i.expr for i in indexes), span)
         one = type_ is not None and len(indexes) == 1

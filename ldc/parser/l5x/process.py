@@ -21,11 +21,12 @@ def _scale_parameters(w: Writer, i: Instruction) -> list[ast.Item]:
     if target is None or None in values:
         return []
     name = w.support.use("logix_scp")
-    return [w.store(target, Value(call(name, i.span, *(convert(v, REAL) for v in values)), REAL, i.span), i.span)]
+    result = call(name, i.span, *(convert(v, REAL) for v in values))
+    return [w.store(target, Value(result, REAL, i.span), i.span)]
 
 
 def _scale(w: Writer, i: Instruction) -> list[ast.Item]:
-    """SCL: source * rate + offset; a whole rate is in ten-thousandths, as in the controllers that only have those."""
+    """SCL: source * rate + offset; a whole rate is in ten-thousandths, as in an SLC 500."""
     target = w.place(i.operands[-1])
     source, rate, offset = (w.read(text) for text in i.operands[:-1])
     if None in (target, source, rate, offset):
@@ -47,7 +48,8 @@ def _pid(w: Writer, i: Instruction) -> list[ast.Item]:
     variable, output = w.read(i.operands[1]), w.place(i.operands[3])
     if found is None or variable is None or output is None:
         return []
-    for text, what in ((i.operands[2], "a tieback"), (i.operands[4], "a master loop"), (i.operands[5], "an inhold bit")):
+    for text, what in ((i.operands[2], "a tieback"), (i.operands[4], "a master loop"),
+                       (i.operands[5], "an inhold bit")):
         if text.text not in ("0", "?"):
             w.reading.unsupported(text, f"PID with {what}", "write 0 here, and give .SP or .SO by MOV")
             return []

@@ -30,8 +30,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     root = Document(source, diagnostics).root
     controller = root.find("Controller") if root is not None else None
     if root is not None and controller is None:
-        reading.malformed(root.span, "there is no <Controller>", help="export a controller, program, routine or "
-                          "Add-On Instruction from the project")
+        reading.malformed(root.span, "there is no <Controller>",
+                          help="export a controller, program, routine or Add-On Instruction")
     if controller is None:
         return ast.File(source, (), (), (), (), (), True)
     before = sum(d.severity is Severity.ERROR for d in diagnostics)
@@ -66,18 +66,21 @@ class _Reader:
         for program in programs:
             pous += program.pous()
         pous = self._clocked(pous)
-        configurations = tasks.configurations(self.controller, {p.node.get("Name").upper(): p.name for p in programs},
+        configurations = tasks.configurations(self.controller,
+                                              {p.node.get("Name").upper(): p.name for p in programs},
                                               self.context)
         structures = [*self.declared, *(s for s in self.context.types.used if s not in self.declared)]
         declarations = tuple(types.declaration(s) for s in structures)
-        return ast.File(self.reading.source, (*self.context.support.pous(), *self.context.made, *pous), declarations, self._globals(),
+        return ast.File(self.reading.source, (*self.context.support.pous(), *self.context.made, *pous),
+                        declarations, self._globals(),
                         configurations, (), False, tuple(self.reading.remarks))
 
     # ---- types
 
     def _types(self) -> list[tuple[Node, Structure]]:
         """The structures of the file, still without members."""
-        nodes = [n for group in self.controller.all("DataTypes", "Datatypes") for n in group.all("DataType", "Datatype")]
+        nodes = [n for group in self.controller.all("DataTypes", "Datatypes")
+                 for n in group.all("DataType", "Datatype")]
         known = self.context.types.known
         made: list[tuple[Node, Structure]] = []
         for node in nodes:
@@ -107,8 +110,8 @@ class _Reader:
             for member in group.all("Member"):
                 foreign, span = member.get("Name"), member.attribute("Name")
                 if member.flag("Hidden"):
-                    self.reading.remark("left out", f"{structure.foreign}.{foreign}", "it only holds the bits that have "
-                                        "names", span)
+                    self.reading.remark("left out", f"{structure.foreign}.{foreign}",
+                                        "it only holds the bits that have names", span)
                     continue
                 type_ = self._type(member, "Dimension", "Dimensions")
                 if type_ is None:
@@ -132,8 +135,9 @@ class _Reader:
                 continue
             found = types.sizes(text)
             if found is None or types.total(found) > types.MAX_ELEMENTS:
-                self.reading.malformed(node.attribute(attribute), f"`{text[:40]}` are no dimensions of an array",
-                                       help=f"write up to three numbers, {types.MAX_ELEMENTS:,} elements in all")
+                self.reading.malformed(node.attribute(attribute),
+                                       f"`{text[:40]}` are no dimensions of an array",
+                                       help=f"at most {types.MAX_ELEMENTS:,} elements in all")
                 return ()
             return found
         return ()
@@ -155,8 +159,8 @@ class _Reader:
             name, span = node.get("Name"), node.attribute("Name")
             key = name.upper()
             if key in self.context.addons or key in instructions.TABLE or key in self.context.types.known:
-                self.reading.malformed(span, f"Add-On Instruction `{name[:40]}` has the name of another instruction or "
-                                       "type", help="give it a name of its own")
+                self.reading.malformed(span, f"Add-On Instruction `{name[:40]}` has the name of another "
+                                       "instruction or type", help="give it a name of its own")
                 continue
             function = self._free(name, span, f"addon {key}")
             data = Structure(self.context.names.fresh(f"{function}_data"), name, span)
@@ -188,7 +192,8 @@ class _Reader:
                 self.reading.left_out(span, f"the value of `{foreign}` at the start",
                                       "it is not exported in decorated form; the tag begins with 0")
             type_ = self._type(node)
-            tag = Tag(self.tag_names[program, key], foreign, type_, span, type_name(node), constant=node.flag("Constant"), data=data, note=note)
+            tag = Tag(self.tag_names[program, key], foreign, type_, span, type_name(node),
+                      constant=node.flag("Constant"), data=data, note=note)
             scope.tags.setdefault(key, tag)
             self.context.globals.declare(tag)
             if node.get("TagType") in ("Produced", "Consumed"):
@@ -196,9 +201,10 @@ class _Reader:
                                     "a variable that nobody else reads or writes", span)
 
     def _name_tags(self) -> None:
-        """Tags have the first choice of names. A program tag whose name another has gets the program in front."""
+        """Tags choose first. A program tag whose name another has gets the program in front."""
         seen: set[str] = set()
-        holders = [self.controller, *(n for group in self.controller.all("Programs") for n in group.all("Program"))]
+        holders = [self.controller,
+                   *(n for group in self.controller.all("Programs") for n in group.all("Program"))]
         for holder in holders:
             program = holder.get("Name").upper() if holder is not self.controller else ""
             for node in (n for group in holder.all("Tags") for n in group.all("Tag")):
@@ -223,9 +229,10 @@ class _Reader:
         return found
 
     def _known(self, tag: Tag) -> bool:
-        """Whether the tag can be declared. One of a type that the file does not tell is left out unless it is used."""
+        """Whether the tag can be declared; one that cannot is left out unless some logic uses it."""
         if tag.type is None and tag.used:
-            self.reading.malformed(tag.span, f"the file does not tell the type {tag.type_name[:40]} of `{tag.foreign}`",
+            self.reading.malformed(tag.span,
+                                   f"the file does not tell the type {tag.type_name[:40]} of `{tag.foreign}`",
                                    help="export the type with what uses it")
         elif tag.type is None:
             self.reading.left_out(tag.span, f"tag {tag.foreign}",
@@ -237,14 +244,16 @@ class _Reader:
         known = [t for t in self.context.globals.tags if self._known(t)]
         for constant in (False, True):
             declared = tuple(
-                ast.VarDecl(t.name, None, types.written(t.type or t.type_name, t.span), initial(t, self.reading), t.span,
+                ast.VarDecl(t.name, None, types.written(t.type or t.type_name, t.span),
+                            initial(t, self.reading), t.span,
                             t.span, t.note)
                 for t in known if t.constant is constant)
             if declared:
                 sections.append(ast.VarBlock("VAR_GLOBAL", ("CONSTANT",) if constant else (), declared,
                                              self.controller.span))
         if self.context.support.clock is not None:
-            sections.append(ast.VarBlock("VAR_GLOBAL", (), self._clock(self.controller.span), self.controller.span))
+            sections.append(ast.VarBlock("VAR_GLOBAL", (), self._clock(self.controller.span),
+                                         self.controller.span))
         return tuple(sections)
 
     # ---- the clock of the timers
@@ -264,10 +273,12 @@ class _Reader:
                 span = pou.name_span
                 time, timer = (ast.Name(v.name, span) for v in self._clock(span))
                 pins = (ast.Pin("IN", ast.Literal(True, "BOOL", "TRUE", span), False, span),
-                        ast.Pin("PT", ast.Literal(106_751 * 86_400 * 10**9, "TIME", _LONGEST_CLOCK, span), False, span),
+                        ast.Pin("PT", ast.Literal(106_751 * 86_400 * 10**9, "TIME", _LONGEST_CLOCK, span),
+                                False, span),
                         ast.Pin("ET", time, True, span))
                 block = ast.Block(timer, "TON", pins, "_", "_", span)
-                rung = ast.Rung(None, "The time that the timers of this program see", (ast.Path((block,), span),), span)
+                rung = ast.Rung(None, "The time that the timers of this program see",
+                                (ast.Path((block,), span),), span)
                 externals = ast.VarBlock("VAR_EXTERNAL", (), self._clock(span), span)
                 pou = replace(pou, var_blocks=(externals, *pou.var_blocks),
                               body=ast.LadderBody((rung, *pou.body.rungs), pou.body.span))

@@ -1,7 +1,7 @@
 """Programs: the main routine becomes a PROGRAM, every routine that is called a FUNCTION_BLOCK.
 
-Tags are global variables, so a routine has no memory of its own; it is called under power, and its rungs run between
-those of the caller, as in the controller.
+Tags are global variables, so a routine has no memory of its own; it is called under power, and its rungs run
+between those of the caller, as in the controller.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _TITLE = 200
 
 @dataclass(slots=True)
 class Routine:
-    """``rungs`` of a ladder, ``text`` of Structured Text. ``takes``: the operands of its SBR; ``gives``: those of its
-    first RET that has some. ``block``: the FUNCTION_BLOCK that it is, "" before it is called."""
+    """``rungs`` of a ladder, ``text`` of Structured Text. ``takes``: the operands of its SBR; ``gives``:
+    those of its first RET that has some. ``block``: the FUNCTION_BLOCK that it is, "" before it is called."""
 
     name: str
     span: Span
@@ -70,7 +70,8 @@ def routine_of(node: Node, context: Context) -> Routine | None:
         title = " ".join(prose(rung.find("Comment")).split())[:_TITLE] or None
         texts = [child.content for child in rung.all("Text")]
         found = [pair for text in texts for pair in neutral.rungs(text, reading)]
-        drawn += [Drawn(elements, span, title if at == 0 else None) for at, (elements, span) in enumerate(found)]
+        drawn += [Drawn(elements, span, title if at == 0 else None)
+                  for at, (elements, span) in enumerate(found)]
         if title and not any(elements for elements, _ in found):
             reading.left_out(rung.span, f"a rung of {name} that is only a comment", "it holds no instruction")
     routine.rungs = tuple(drawn)
@@ -85,7 +86,7 @@ def routine_of(node: Node, context: Context) -> Routine | None:
 
 
 def rungs_of(writer: Writer, routine: Routine) -> list[ast.Rung]:
-    """The rungs of a ladder routine. A label is the name of its rung; one on an empty rung that of the next rung."""
+    """The rungs of a ladder routine. A label names its rung; one on an empty rung names the next."""
     names = _labels(writer, routine)
     found = []
     for at, drawn in enumerate(routine.rungs):
@@ -110,7 +111,8 @@ def _labels(writer: Writer, routine: Routine) -> dict[int, str]:
                 continue
             key = i.operands[0].text.upper()
             if key in seen:
-                writer.reading.malformed(i.operands[0], f"LBL({i.operands[0].text[:40]}) stands twice in the routine",
+                writer.reading.malformed(i.operands[0],
+                                         f"LBL({i.operands[0].text[:40]}) stands twice in the routine",
                                          help="give the rungs different labels")
                 continue
             seen.add(key)
@@ -157,7 +159,8 @@ class Program:
             self.now = main[0]
             rungs = rungs_of(writer, main[0])
         else:
-            rungs = [writer.made([self.invoke(writer, routine, routine.span)], routine.span) for routine in main]
+            rungs = [writer.made([self.invoke(writer, routine, routine.span)], routine.span)
+                     for routine in main]
         self._blocks(main)
         span = self.node.attribute("Name")
         rungs = self._first(writer, span) + rungs
@@ -169,13 +172,13 @@ class Program:
         return [*self.made, program]
 
     def _main(self) -> list[Routine] | None:
-        """What the program runs: its main routine; in an export of parts that names none, all that nobody calls."""
+        """What the program runs: its main routine; where none is named, all routines that nobody calls."""
         wanted = self.node.get("MainRoutineName")
         if wanted:
             found = self.routines.get(wanted.upper())
             if found is None and self.node.find("Routines") is not None:
                 self.context.reading.malformed(self.node.attribute("MainRoutineName"),
-                                               f"there is no routine `{wanted[:40]}` in program {self.node.get('Name')}",
+                                               f"there is no routine `{wanted[:40]}` in this program",
                                                help="name one of its routines")
                 return None
             if found is not None:
@@ -220,7 +223,8 @@ class Program:
             body = ast.LadderBody((first, *rungs_of(writer, routine)), span)
         pins = (ast.VarBlock("VAR_INPUT", (), (declare("EN", BOOL, span),), span),
                 ast.VarBlock("VAR_OUTPUT", (), (declare("ENO", BOOL, span),), span))
-        return ast.Pou("FUNCTION_BLOCK", routine.block, f"Routine {routine.name} of {self.node.get('Name')}"[:_TITLE],
+        return ast.Pou("FUNCTION_BLOCK", routine.block,
+                       f"Routine {routine.name} of {self.node.get('Name')}"[:_TITLE],
                        None, (*pins, *writer.sections(span)), body, span, span)
 
     def invoke(self, writer: Writer, routine: Routine, span: Span) -> ast.Block:
@@ -235,12 +239,14 @@ class Program:
         """JSR(routine, number of inputs, inputs ..., places for what it returns ...)."""
         routine = self.routines.get(i.operands[0].text.upper())
         if routine is None:
-            writer.reading.malformed(i.operands[0], f"there is no routine `{i.operands[0].text[:40]}` in this program",
+            writer.reading.malformed(i.operands[0],
+                                     f"there is no routine `{i.operands[0].text[:40]}` in this program",
                                      help="JSR calls a routine of its own program")
             return []
         inputs, returns = _divided(i)
         if len(inputs) < len(routine.takes) or len(returns) > len(routine.gives):
-            writer.reading.malformed(i.span, f"routine {routine.name} takes {len(routine.takes)} values and returns "
+            writer.reading.malformed(i.span,
+                                     f"routine {routine.name} takes {len(routine.takes)} values and returns "
                                      f"{len(routine.gives)}", help="give JSR as many as SBR and RET have")
             return []
         items: list[ast.Item] = []

@@ -14,8 +14,8 @@ from ldc.source import Span
 @dataclass(slots=True, eq=False)
 class Tag:
     """``name``: what our text calls it. ``of``: the VAR_IN_OUT structure that it is a member of (Add-On
-    Instructions), "" for a variable. ``alias``: the operand that it is another name for. ``starts``: values at the
-    start by way into it, which win over ``data``."""
+    Instructions), "" for a variable. ``alias``: the operand that it is another name for. ``starts``: values
+    at the start by way into it, which win over ``data``."""
 
     name: str
     foreign: str

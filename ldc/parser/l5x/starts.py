@@ -32,7 +32,7 @@ def initial(tag: Tag, reading: Reading) -> ast.Initial | None:
 
 
 def _default(type_: Type, node: Node | None, reading: Reading) -> object:
-    """The value that ``node`` tells; without one that of the type (instances of Add-On Instructions have some)."""
+    """The value that ``node`` tells; without one that of the type (Add-On Instructions have some)."""
     found = _read(type_, node, reading) if node is not None else None
     return _completed(type_, found, reading)
 
@@ -152,7 +152,8 @@ def _scalar(type_: Atom, node: Node, reading: Reading) -> object:
 
 def _text(type_: Text, node: Node, reading: Reading) -> bytes:
     data = next((child for child in node.children if child.get("Name").upper() == "DATA"), None)
-    length = next((child.number("Value", -1) for child in node.children if child.get("Name").upper() == "LEN"), -1)
+    length = next((child.number("Value", -1) for child in node.children
+                   if child.get("Name").upper() == "LEN"), -1)
     if data is None:
         return b""
     text = data.content.text.strip()
@@ -174,7 +175,8 @@ def _written(type_: Type | None, value: object, span: Span) -> ast.Initial | Non
     """The value as it stands in a declaration; None when it is zero."""
     if isinstance(type_, Structure):
         fields = tuple((m.name, written) for key, m in type_.members.items()
-                       if isinstance(value, dict) and (written := _written(m.type, value.get(key), span)) is not None)
+                       if isinstance(value, dict)
+                       and (written := _written(m.type, value.get(key), span)) is not None)
         return ast.Aggregate((), fields, span) if fields else None
     if isinstance(type_, Array):
         return _array(type_, value, span)

@@ -1,4 +1,4 @@
-"""Structured Text routines: statements of Logix, whose expressions convert types as ladder instructions do."""
+"""Structured Text routines: their expressions convert types as ladder instructions do."""
 
 from __future__ import annotations
 
@@ -203,7 +203,8 @@ class Statements:
         self.expect("DO")
         span = Span(self.source, head.start, self.at)
         body = self.block(("END_FOR",))
-        return st.For(st.ForHead(variable.expr, start, stop, step, span), body, span, self.close("END_FOR", head))
+        return st.For(st.ForHead(variable.expr, start, stop, step, span), body, span,
+                      self.close("END_FOR", head))
 
     def _counted(self, variable: Value) -> ast.Expr:
         return convert(self.expression(), variable.type if isinstance(variable.type, Atom) else DINT)

@@ -1,4 +1,4 @@
-"""Tasks: periodic ones by their rate, the continuous one in every scan, with the programs scheduled in them."""
+"""Tasks: periodic ones by their rate, the continuous one in every scan."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ _LEAST_URGENT = 16
 _NANOSECONDS = 1_000_000
 
 
-def configurations(controller: Node, programs: dict[str, str], context: Context) -> tuple[ast.Configuration, ...]:
-    """None when the file tells no tasks (an export of parts): then every program runs in every scan. ``programs``:
-    our names by theirs in capitals."""
+def configurations(
+    controller: Node, programs: dict[str, str], context: Context,
+) -> tuple[ast.Configuration, ...]:
+    """None when the file tells no tasks (an export of parts): then every program runs in every scan.
+    ``programs``: our names by theirs in capitals."""
     nodes = [n for group in controller.all("Tasks") for n in group.all("Task")]
     if not nodes or not programs:
         return ()
@@ -33,7 +35,8 @@ def configurations(controller: Node, programs: dict[str, str], context: Context)
                 scheduled.add(name)
                 span = place.attribute("Name")
                 run = context.names.fresh(f"run_{programs[name]}")
-                runs.append(ast.ProgramInstance(run, task.name if task.interval else None, programs[name], span))
+                runs.append(ast.ProgramInstance(run, task.name if task.interval else None, programs[name],
+                                                span))
         if task.interval and names:
             tasks.append(task)
     if not runs:
@@ -53,7 +56,8 @@ def _task(node: Node, context: Context) -> ast.Task | None:
     if kind == "PERIODIC":
         interval = _rate(node.get("Rate"), node.attribute("Rate"))
         if interval is None:
-            context.reading.malformed(node.attribute("Rate"), f"task {name} has no rate", help="give it in milliseconds")
+            context.reading.malformed(node.attribute("Rate"), f"task {name} has no rate",
+                                      help="give it in milliseconds")
             return None
     priority = node.number("Priority", 10)
     if not 0 <= priority < _LEAST_URGENT:

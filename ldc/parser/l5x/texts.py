@@ -32,8 +32,9 @@ def _function(w: Writer, i: Instruction) -> list[ast.Item]:
 
 _FORMS: dict[str, tuple[str, tuple[int, ...], Type]] = {
     "CONCAT": ("CONCAT", (), STRING), "MID": ("MID", (1, 2), STRING), "DELETE": ("DELETE", (1, 2), STRING),
-    "INSERT": ("INSERT", (2,), STRING), "FIND": ("logix_find", (2,), DINT), "UPPER": ("logix_upper", (), STRING),
-    "LOWER": ("logix_lower", (), STRING), "DTOS": ("DINT_TO_STRING", (0,), STRING), "STOD": ("logix_stod", (), DINT),
+    "INSERT": ("INSERT", (2,), STRING), "FIND": ("logix_find", (2,), DINT),
+    "UPPER": ("logix_upper", (), STRING), "LOWER": ("logix_lower", (), STRING),
+    "DTOS": ("DINT_TO_STRING", (0,), STRING), "STOD": ("logix_stod", (), DINT),
 }
 """The function, which operands are numbers, and what comes out."""
 _COUNTS = {"CONCAT": 3, "MID": 4, "DELETE": 4, "INSERT": 4, "FIND": 4}

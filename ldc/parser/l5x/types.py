@@ -1,4 +1,4 @@
-"""Data types of a Logix controller: atomic ones, strings, arrays, structures of the file and predefined ones."""
+"""Data types of a Logix controller: atomic ones, strings, arrays, structures."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ Type = Atom | Text | Array | Structure
 BOOL, SINT, INT, DINT, LINT = map(Atom, ("BOOL", "SINT", "INT", "DINT", "LINT"))
 REAL, LREAL, TIME = map(Atom, ("REAL", "LREAL", "TIME"))
 ATOMS = {name: Atom(name) for name in
-         ("BOOL", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "REAL", "LREAL")} | {"BIT": BOOL}
+         "BOOL SINT INT DINT LINT USINT UINT UDINT ULINT REAL LREAL".split()} | {"BIT": BOOL}
 WIDTHS = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64, "USINT": 8, "UINT": 16, "UDINT": 32, "ULINT": 64}
 STRING = Text(82)
 
@@ -75,11 +75,11 @@ _PREDEFINED = {
     "MESSAGE": {"BOOL": "EW ER DN ST EN TO", "DINT": "ERR EXERR REQ_LEN DN_LEN"},
     "PID": {
         "BOOL": "EN CT CL PVT DOE SWM CA MO PE NDF NOBC NOZC INI SPOR OLL OLH EWD DVNA DVPA PVLA PVHA begun",
-        "REAL": "SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL DVP DVN PVDB DVDB MAXI MINI "
-                "TIE MAXCV MINCV MINTIE MAXTIE before before2 sum",
+        "REAL": "SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL DVP DVN PVDB DVDB MAXI "
+                "MINI TIE MAXCV MINCV MINTIE MAXTIE before before2 sum",
     },
 }
-"""Members by type, in the order of the manual; those in small letters are ours and hold what the controller hides."""
+"""Members by type; those in small letters are ours and hold what the controller hides."""
 
 
 def is_integer(type_: Type | None) -> bool:
@@ -125,7 +125,7 @@ def _number(value: int, span: Span) -> ast.Literal:
 
 
 class Types:
-    """The types of one file by name. ``used``: structures that variables are of, in the order of their use."""
+    """The types of one file by name. ``used``: structures of variables, in the order of their use."""
 
     def __init__(self, names: Names) -> None:
         self.names = names
@@ -179,6 +179,7 @@ def total(sizes_: tuple[int, ...]) -> int:
 def declaration(structure: Structure) -> ast.TypeDecl:
     """The structure as a declaration of a type."""
     span = structure.span
-    fields = tuple(ast.VarDecl(m.name, None, written(m.type or "UNKNOWN", m.span), None, m.span, m.span, m.note)
+    fields = tuple(ast.VarDecl(m.name, None, written(m.type or "UNKNOWN", m.span), None, m.span, m.span,
+                               m.note)
                    for m in structure.members.values() if not m.alias)
     return ast.TypeDecl(structure.name, ast.StructType(fields, span), None, span)

@@ -1,7 +1,8 @@
 """Typed operands and what Logix does when it mixes their types.
 
-Integers are computed in 32 bits (64 when one of them has them), reals in a REAL; a REAL that goes to an integer
-is rounded half to even, an integer that goes to a narrower one keeps its low bits (1756-RM003, data conversions).
+Integers are computed in 32 bits (64 when one of them has them), reals in a REAL; a REAL that goes to an
+integer is rounded half to even, an integer that goes to a narrower one keeps its low bits (1756-RM003, data
+conversions).
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ class Value:
     """``expr`` reads it. ``type`` None: not known (nobody declared it; the model tells).
 
     ``number``: of a literal. ``bit``: it is that bit (an expression) of the integer ``whole``, whose bits the
-    ladder language does not name. ``way``: the variable and the constant steps to the place, None when it is none or
-    an index is computed. ``place``: whether it can be written. ``array``, ``at``: it is that element of an array
-    of one dimension.
+    ladder language does not name. ``way``: the variable and the constant steps to the place, None when it is
+    none or an index is computed. ``place``: whether it can be written. ``array``, ``at``: it is that element
+    of an array of one dimension.
     """
 
     expr: ast.Expr
@@ -90,7 +91,7 @@ def common(*types: Type | None) -> Type | None:
 
 
 def convert(value: Value, target: Type | None) -> ast.Expr:
-    """The value in another type, as Logix converts it; what is of no such type is left for the model to tell."""
+    """The value in another type, as Logix converts it; what cannot be is left for the model to tell."""
     source = value.type
     if value.number is not None and target is not None and not isinstance(target, Text):
         return _literal_as(value, target)

@@ -1,7 +1,7 @@
 """The rungs of one routine: trees of instructions become contacts, coils and blocks, in the same order.
 
-A rung is evaluated from left to right, a branch from top to bottom, and every output passes the power on: that is the
-order of the ladder language too, so what stands in a rung keeps its place.
+A rung is evaluated from left to right, a branch from top to bottom, and every output passes the power on:
+that is the order of the ladder language too, so what stands in a rung keeps its place.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ class Drawn:
 
 
 class Writer:
-    """``scope``: the tags that the routine sees; ``leave``: the rung that ends the POU, or RETURN. ``routines`` know
-    how to call others (None in an Add-On Instruction)."""
+    """``scope``: the tags that the routine sees; ``leave``: the rung that ends the POU, or RETURN.
+    ``routines`` know how to call others (None in an Add-On Instruction)."""
 
-    def __init__(self, context: Context, scope: Scope, kind: str, leave: str = RETURN, routines: Program | None = None,
-                 owner: Structure | None = None) -> None:
+    def __init__(self, context: Context, scope: Scope, kind: str, leave: str = RETURN,
+                 routines: Program | None = None, owner: Structure | None = None) -> None:
         self.context, self.reading, self.support = context, context.reading, context.support
         self.scope, self.kind, self.leave, self.routines, self.owner = scope, kind, leave, routines, owner
         self.externals = Externals()
@@ -85,7 +85,8 @@ class Writer:
         if found is None:
             return None
         if found.type is not None and not is_structure(found.type, name):
-            self.reading.malformed(text, f"`{text.text[:40]}` is no {name}", help=f"give it a tag of type {name}")
+            self.reading.malformed(text, f"`{text.text[:40]}` is no {name}",
+                                   help=f"give it a tag of type {name}")
             return None
         return found, self.context.types.named(name, text)
 
@@ -198,14 +199,15 @@ class Writer:
                 return [*items, last]
             lefts = [(path, left) for path in last.paths if (left := self._useful(list(path.items)))]
             if len(lefts) > 1:
-                return [*items, ast.Branches(tuple(ast.Path(tuple(left), p.span) for p, left in lefts), last.span)]
+                return [*items, ast.Branches(tuple(ast.Path(tuple(left), p.span) for p, left in lefts),
+                                             last.span)]
             if lefts:
                 return [*items, *lefts[0][1]]
         return items
 
     def _ends_well(self, items: Iterable[ast.Item], jumped: bool) -> tuple[bool, bool]:
-        """Whether nothing is done behind a jump, which leaves at once in the controller and behind its rung here;
-        and whether a jump was passed."""
+        """Whether nothing is done behind a jump, which leaves at once in the controller and behind its rung
+        here; and whether a jump was passed."""
         for item in items:
             if isinstance(item, ast.Branches):
                 for path in item.paths:
@@ -215,7 +217,8 @@ class Writer:
             elif isinstance(item, ast.Jump):
                 jumped = True
             elif jumped and not isinstance(item, ast.Contact):
-                self.reading.unsupported(item.span, "an instruction behind a jump, return or end on the same rung",
+                self.reading.unsupported(item.span,
+                                         "an instruction behind a jump, return or end on the same rung",
                                          "draw it before the jump, or on a rung of its own")
                 return False, jumped
         return True, jumped
