@@ -26,6 +26,7 @@ from openplc_json import (
     variable,
 )
 
+from ldc.cli.main import main
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
 from ldc.parser.unparse import rung_text
@@ -329,6 +330,14 @@ def test_bodies_in_other_languages_are_named(tmp_path: Path) -> None:
 ])
 def test_what_is_wrong_is_told(text: str, message: str) -> None:
     assert any(line.startswith(message) for line in said(compiled(text))), said(compiled(text))
+
+
+def test_a_finding_shows_the_rung_and_where_the_element_is(tmp_path: Path, capsys) -> None:
+    (tmp_path / "main.ld").write_text(program(ladder(SEAL_IN), "a, b : bool;"))
+    assert main(["check", str(tmp_path / "main.ld")]) == 1
+    shown = capsys.readouterr().err
+    assert 'in PROGRAM p, rung 1 "Seal in", contact `q` at (100, 90)' in shown
+    assert "└─┤ ├─┘" in shown
 
 
 GOOD = (program(ladder(SEAL_IN), BOOLS), whole())

@@ -29,7 +29,7 @@ class Format:
 FORMATS: tuple[Format, ...] = (
     Format("L5X", (".l5x",), l5x.recognises, l5x.read),
     Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
-    Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read),
+    Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read, openplc.position),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
     Format("ClassicLadder", (".clp", ".clprj"), classicladder.recognises, classicladder.read),
     Format("MELSEC", (".il", ".txt"), melsec.is_list, melsec.read),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.openplc.known import kind_of
+from ldc.parser.openplc.known import kind_of, position
 from ldc.source import SourceFile
 
-__all__ = ["is_openplc", "read"]
+__all__ = ["is_openplc", "position", "read"]
 
 
 def is_openplc(source: SourceFile) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 
 _PROJECT = re.compile(r'\s*\{\s*"(?:meta|data)"\s*:')
 DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
@@ -15,6 +15,18 @@ _HEAD = re.compile(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK
 _OTHER_LANGUAGES = (".py", ".cpp")
 _PLACE = re.compile(r"(?:\A|[\\/])pous[\\/](?:programs|functions|function-blocks)[\\/][^\\/]+\.(?:st|il)\Z",
                     re.IGNORECASE)
+
+
+_POSITION = re.compile(
+    r'"position"\s*:\s*\{\s*"x"\s*:\s*(-?\d+)[\d.]*\s*,\s*"y"\s*:\s*(-?\d+)[\d.]*\s*\}')
+_NEAR = 50_000
+"""Characters before the name of a node in which its position is written."""
+
+
+def position(span: Span) -> str:
+    """Where the node that has a name is drawn, in words: `at (40, 60)`; nodes begin with their position."""
+    found = _POSITION.findall(span.source.text, max(0, span.start - _NEAR), span.start)
+    return f"at ({found[-1][0]}, {found[-1][1]})" if found else ""
 
 
 def kind_of(source: SourceFile) -> str | None:
