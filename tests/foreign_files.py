@@ -52,7 +52,9 @@ def drawn(text: str, path: str, pou: str) -> list[str]:
 def broken(text: str) -> st.SearchStrategy[str]:
     """The text with some characters changed, taken out or put in, cut, or with lines that changed places."""
     places = st.integers(0, len(text))
-    piece = st.one_of(st.text(max_size=3), st.sampled_from(("-1", "99999999999", "/", ",", "END", "\n", "@", "(")))
+    piece = st.one_of(
+        st.text(max_size=3), st.sampled_from(("-1", "99999999999", "/", ",", "END", "\n", "@", "("))
+    )
 
     def changed(edits: list[tuple[int, int, str]]) -> str:
         made = text

@@ -19,10 +19,18 @@ PATH = "plant.clp"
 WIDTH, HEIGHT = 10, 6
 
 
-def rung(*rows: str, label: str = "", comment: str = "", following: int = -1, version: str = "2.0") -> list[str]:
-    """Rows of cells between spaces; ``-`` is a wire, ``.`` free; ``^`` before a cell joins it with the one above.
+def rung(
+    *rows: str, label: str = "", comment: str = "", following: int = -1, version: str = "2.0"
+) -> list[str]:
+    """Rows of cells between spaces; ``-`` is a wire, ``.`` free; ``^`` joins a cell with the one above.
     A row shorter than the rung is filled up with wires before its last cell, when that is a coil."""
-    lines = [f"#VER={version}", f"#LABEL={label}", f"#COMMENT={comment}", "#PREVRUNG=0", f"#NEXTRUNG={following}"]
+    lines = [
+        f"#VER={version}",
+        f"#LABEL={label}",
+        f"#COMMENT={comment}",
+        "#PREVRUNG=0",
+        f"#NEXTRUNG={following}",
+    ]
     for row in (*rows, *[""] * (HEIGHT - len(rows))):
         cells = row.split()
         if cells and cells[-1].lstrip("^").split("-")[0].isdigit() and 50 <= int(
@@ -40,8 +48,13 @@ def cell(text: str) -> str:
     return f"{kind}-{top}-{variable}"
 
 
-def project(*rungs: list[str], sections: tuple[str, ...] = (), expressions: tuple[str, ...] = (), period: int = 100,
-            **files: tuple[str, ...]) -> str:
+def project(
+    *rungs: list[str],
+    sections: tuple[str, ...] = (),
+    expressions: tuple[str, ...] = (),
+    period: int = 100,
+    **files: tuple[str, ...],
+) -> str:
     """A project; the rungs follow each other in one section unless sections are given."""
     if not sections:
         sections = ("#NAME000=Main", f"000,0,-1,0,{len(rungs) - 1},0")
@@ -123,9 +136,13 @@ def test_timer_with_control() -> None:
 
 
 def test_parts_of_a_timer_are_variables() -> None:
-    text = project(rung("1-50/0 # 10-0/0 .", ". # # ."), rung("1-10/0 50-60/0", "1-11/0 50-60/1", "- - - - - - - # # 60-0/0",
-                   "1-50/1 - - - - - - # # 60-0/1"),
-                   timers=table(1, 1), expressions=("@200/0@:=@231/0@", "@230/0@:=2"), period=500)
+    text = project(
+        rung("1-50/0 # 10-0/0 .", ". # # ."),
+        rung("1-10/0 50-60/0", "1-11/0 50-60/1", "- - - - - - - # # 60-0/0", "1-50/1 - - - - - - # # 60-0/1"),
+        timers=table(1, 1),
+        expressions=("@200/0@:=@231/0@", "@230/0@:=2"),
+        period=500,
+    )
     rows = [{}, {"I0": 1}, {}, {}, {"I0": 0, "I1": 1}, {}, {"I0": 1}] + [{}] * 4
     found = run(text, PATH, rows, "W0 Q0 Q1")
     assert found[:5] == ["1 0 0", "0 0 1", "0 0 1", "0 1 0", "1 0 0"]
@@ -149,37 +166,87 @@ def test_iec_timer(mode: int, inputs: str, wanted: str) -> None:
 def test_counter() -> None:
     rows = ("1-50/0 # 12-0/0 50-60/0", "1-50/1 # # 50-60/1", "1-50/2 # # 50-60/2", "1-50/3 # #")
     text = project(rung(*rows), counters=("3",))
-    given_ = [{}, {"I2": 1}, {"I2": 0}, {"I2": 1}, {"I1": 1}, {"I1": 0, "I0": 1}, {"I0": 0, "I3": 1}, {"I3": 0, "I2": 0},
-              {"I2": 1}]
+    given_ = [
+        {},
+        {"I2": 1},
+        {"I2": 0},
+        {"I2": 1},
+        {"I1": 1},
+        {"I1": 0, "I0": 1},
+        {"I0": 0, "I3": 1},
+        {"I3": 0, "I2": 0},
+        {"I2": 1},
+    ]
     assert run(text, PATH, given_, "C0_value Q0 Q1 Q2") == [
-        "0 0 0 0", "1 0 0 0", "1 0 0 0", "2 0 0 0", "3 0 1 0", "0 0 0 0", "9999 1 0 0", "9999 1 0 0", "0 0 0 1"]
+        "0 0 0 0",
+        "1 0 0 0",
+        "1 0 0 0",
+        "2 0 0 0",
+        "3 0 1 0",
+        "0 0 0 0",
+        "9999 1 0 0",
+        "9999 1 0 0",
+        "0 0 0 1",
+    ]
 
 
 # ---- expressions
 
 
-@pytest.mark.parametrize(("expression", "wanted"), [
-    ("@200/5@:=@200/0@+@200/1@*2", 1), ("@200/5@=(@200/0@+@200/1@)*2", 8), ("@200/5@:=@200/0@/2", 3),
-    ("@200/5@:=@200/0@%4", 3), ("@200/5@:=-5", -5), ("@200/5@:=$1F", 31), ("@200/5@:='AB'", 16706),
-    ("@200/5@:=$FFFFFFFF", -1), ("@200/5@:=@200/0@&3|8", 11), ("@200/5@:=@200/0@^2", 2401), ("@200/5@:=!@200/0@", 0),
-    ("@200/5@:=MINI(@200/0@,@200/1@,@200/2@)", -3), ("@200/5@:=MAXI(@200/0@,@200/1@)", 7),
-    ("@200/5@:=MOY(@200/0@,@200/1@)", 2), ("@200/5@:=AVG(@200/0@)", 7), ("@200/5@:=ABS(@200/1@)", 3),
-    ("@200/5@ := @200/0@ - 10 ", -3), ("@200/5@:=@50/0@+1", 2), ("@200/5@:=1-@0/3@-2", -1),
-    ("@200/5@:=8-2-1", 5), ("@200/5@:=100/5/2", 10),
-])
+@pytest.mark.parametrize(
+    ("expression", "wanted"),
+    [
+        ("@200/5@:=@200/0@+@200/1@*2", 1),
+        ("@200/5@=(@200/0@+@200/1@)*2", 8),
+        ("@200/5@:=@200/0@/2", 3),
+        ("@200/5@:=@200/0@%4", 3),
+        ("@200/5@:=-5", -5),
+        ("@200/5@:=$1F", 31),
+        ("@200/5@:='AB'", 16706),
+        ("@200/5@:=$FFFFFFFF", -1),
+        ("@200/5@:=@200/0@&3|8", 11),
+        ("@200/5@:=@200/0@^2", 2401),
+        ("@200/5@:=!@200/0@", 0),
+        ("@200/5@:=MINI(@200/0@,@200/1@,@200/2@)", -3),
+        ("@200/5@:=MAXI(@200/0@,@200/1@)", 7),
+        ("@200/5@:=MOY(@200/0@,@200/1@)", 2),
+        ("@200/5@:=AVG(@200/0@)", 7),
+        ("@200/5@:=ABS(@200/1@)", 3),
+        ("@200/5@ := @200/0@ - 10 ", -3),
+        ("@200/5@:=@50/0@+1", 2),
+        ("@200/5@:=1-@0/3@-2", -1),
+        ("@200/5@:=8-2-1", 5),
+        ("@200/5@:=100/5/2", 10),
+    ],
+)
 def test_operate(expression: str, wanted: int) -> None:
-    text = project(rung("- - - - - - - # # 60-0/0", "- - - - - - - # # 60-0/1"), rung("1-50/0 - - - - - - # # 60-0/2"),
-                   expressions=("@200/0@:=7", "@200/1@:=-3", expression))
+    text = project(
+        rung("- - - - - - - # # 60-0/0", "- - - - - - - # # 60-0/1"),
+        rung("1-50/0 - - - - - - # # 60-0/2"),
+        expressions=("@200/0@:=7", "@200/1@:=-3", expression),
+    )
     assert run(text, PATH, [{}, {"I0": 1}], "W5")[1] == str(wanted)
 
 
-@pytest.mark.parametrize(("expression", "wanted"), [
-    ("@200/0@=7", "1"), ("@200/0@<>7", "0"), ("@200/0@<@200/1@", "0"), ("@200/0@>=7", "1"), ("@200/0@<=6", "0"),
-    ("(@200/0@-1)&3=@200/2@+2", "1"), ("!@200/2@>0", "1"), ("", "0"),
-])
+@pytest.mark.parametrize(
+    ("expression", "wanted"),
+    [
+        ("@200/0@=7", "1"),
+        ("@200/0@<>7", "0"),
+        ("@200/0@<@200/1@", "0"),
+        ("@200/0@>=7", "1"),
+        ("@200/0@<=6", "0"),
+        ("(@200/0@-1)&3=@200/2@+2", "1"),
+        ("!@200/2@>0", "1"),
+        ("", "0"),
+    ],
+)
 def test_compare(expression: str, wanted: str) -> None:
-    text = project(rung("- - - - - - - # # 60-0/0", "- - - - - - - # # 60-0/1"), rung("# # 20-0/2 1-50/0 50-60/0"),
-                   expressions=("@200/0@:=7", "@200/1@:=-3", expression))
+    text = project(
+        rung("- - - - - - - # # 60-0/0", "- - - - - - - # # 60-0/1"),
+        rung("# # 20-0/2 1-50/0 50-60/0"),
+        expressions=("@200/0@:=7", "@200/1@:=-3", expression),
+    )
     assert run(text, PATH, [{"I0": 1}], "Q0") == [wanted]
 
 
@@ -205,10 +272,22 @@ def test_indexed_variables_are_an_array() -> None:
     assert ("renamed", "Index", "W[9]") in remarks(compiled(text, PATH))
 
 
-@pytest.mark.parametrize("expression", [
-    "@200/0@:=", "@200/0@:=1+", "@200/0@+1", "@200/0@:=(1", "@200/0@:=SIN(@200/0@)", "@200/0@:=-@200/1@", "@231/0@:=5",
-    "@200/0@:=" + "(" * 20 + "1" + ")" * 20, "200/0:=1", "@200/0@:=1 1", "@200/0[0/1]@:=1",
-])
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "@200/0@:=",
+        "@200/0@:=1+",
+        "@200/0@+1",
+        "@200/0@:=(1",
+        "@200/0@:=SIN(@200/0@)",
+        "@200/0@:=-@200/1@",
+        "@231/0@:=5",
+        "@200/0@:=" + "(" * 20 + "1" + ")" * 20,
+        "200/0:=1",
+        "@200/0@:=1 1",
+        "@200/0[0/1]@:=1",
+    ],
+)
 def test_wrong_expressions(expression: str) -> None:
     text = project(rung("- - - - - - - # # 60-0/0"), expressions=(expression,), timers=table(1, 1))
     (finding,) = said(compiled(text, PATH))
@@ -219,8 +298,12 @@ def test_wrong_expressions(expression: str) -> None:
 
 
 def test_a_jump_leaves_the_rung_at_once() -> None:
-    text = project(rung("1-50/0 54-0/2", "1-50/1 50-60/0"), rung("- - - - - - - # # 60-0/0"),
-                   rung("- - - - - - - # # 60-0/1", label="end"), expressions=("@200/0@:=@200/0@+1", "@200/1@:=@200/1@+1"))
+    text = project(
+        rung("1-50/0 54-0/2", "1-50/1 50-60/0"),
+        rung("- - - - - - - # # 60-0/0"),
+        rung("- - - - - - - # # 60-0/1", label="end"),
+        expressions=("@200/0@:=@200/0@+1", "@200/1@:=@200/1@+1"),
+    )
     rows = [{"I1": 1}, {"I0": 1, "I1": 0}, {"I0": 0}]
     assert run(text, PATH, rows, "W0 W1 Q0") == ["1 1 1", "1 2 1", "2 3 0"]
 
@@ -233,15 +316,31 @@ def test_a_jump_to_an_empty_rung() -> None:
 def test_subroutines_run_where_they_are_called() -> None:
     rungs = (rung("1-50/0 55-0/0", "- - - - - - - # # 60-0/0", following=-1),
              rung("- - - - - - - # # 60-0/1", "1-50/0 # 10-0/0 50-60/0", ". # #"), rung("- 55-0/0"))
-    sections = ("#NAME000=Main", "#NAME001=add", "#NAME002=more", "000,0,-1,0,0,0", "001,0,0,1,1,0", "002,0,1,2,2,0")
-    text = project(*rungs, sections=sections, expressions=("@200/1@:=@200/0@", "@200/0@:=@200/0@+1"), timers=table(2, 1))
+    sections = (
+        "#NAME000=Main",
+        "#NAME001=add",
+        "#NAME002=more",
+        "000,0,-1,0,0,0",
+        "001,0,0,1,1,0",
+        "002,0,1,2,2,0",
+    )
+    text = project(
+        *rungs, sections=sections, expressions=("@200/1@:=@200/0@", "@200/0@:=@200/0@+1"), timers=table(2, 1)
+    )
     assert said(compiled(text, PATH)) == []
     assert trace(text, "01101", "W0 W1 Q0") == "0 0 0 1 1 0 2 2 1 2 2 1 3 3 1"
 
 
 def test_subroutines_that_call_each_other_are_told() -> None:
     rungs = (rung("- 55-0/0"), rung("- 55-0/1"), rung("- 55-0/0"))
-    sections = ("#NAME000=Main", "#NAME001=one", "#NAME002=two", "000,0,-1,0,0,0", "001,0,0,1,1,0", "002,0,1,2,2,0")
+    sections = (
+        "#NAME000=Main",
+        "#NAME001=one",
+        "#NAME002=two",
+        "000,0,-1,0,0,0",
+        "001,0,0,1,1,0",
+        "002,0,1,2,2,0",
+    )
     assert said(compiled(project(*rungs, sections=sections), PATH)) == [
         "LD0151 ClassicLadder: the subroutine one that calls itself is not supported"]
 
@@ -262,17 +361,32 @@ STEPS = ("#VER=1.0", "S0,1,0,0,1,1", "S1,0,1,0,1,3", "S2,0,2,0,3,3")
 
 def transition(number: int, to: tuple[int, ...], of: tuple[int, ...], condition: str) -> tuple[str, str]:
     lists = [[*steps, *[-1] * (10 - len(steps))] for steps in (to, of, (), ())]
-    return (f"T{number},{','.join(str(n) for steps in lists for n in steps)},0,1,2", f"C{number},0,{condition}")
+    return (
+        f"T{number},{','.join(str(n) for steps in lists for n in steps)},0,1,2",
+        f"C{number},0,{condition}",
+    )
 
 
 def test_sequential_page() -> None:
     lines = (*STEPS, *transition(0, (1, 2), (0,), "50/0"), *transition(1, (0,), (1, 2), "50/1"))
-    text = project(rung("1-30/1 50-60/0", "# # 20-0/0 50-60/1"), sections=("000,1,-1,0,0,0", "001,0,-1,0,0,0"),
-                   expressions=("@220/1@>1",), sequential=lines, period=500)
+    text = project(
+        rung("1-30/1 50-60/0", "# # 20-0/0 50-60/1"),
+        sections=("000,1,-1,0,0,0", "001,0,-1,0,0,0"),
+        expressions=("@220/1@>1",),
+        sequential=lines,
+        period=500,
+    )
     assert said(compiled(text, PATH)) == []
     rows = [{}, {"I0": 1}, {"I0": 0}, {}, {}, {"I1": 1}, {"I1": 0}]
     assert run(text, PATH, rows, "X0 X1 X2 X1_time Q0 Q1") == [
-        "1 0 0 0 0 0", "0 1 1 0 1 0", "0 1 1 1 1 0", "0 1 1 1 1 0", "0 1 1 2 1 1", "1 0 0 0 0 0", "1 0 0 0 0 0"]
+        "1 0 0 0 0 0",
+        "0 1 1 0 1 0",
+        "0 1 1 1 1 0",
+        "0 1 1 1 1 0",
+        "0 1 1 2 1 1",
+        "1 0 0 0 0 0",
+        "1 0 0 0 0 0",
+    ]
 
 
 def test_a_page_goes_on_while_transitions_fire() -> None:
@@ -285,15 +399,22 @@ def test_a_page_goes_on_while_transitions_fire() -> None:
 
 
 def test_symbols_addresses_and_the_task() -> None:
-    text = project(rung("1-50/9 50-60/3"), symbols=("#VER=1.0", "%I9,GUI-E,emergency", "%Q3,%Q3,", "%B7,spare,"),
-                   expressions=(), period=25)
+    text = project(
+        rung("1-50/9 50-60/3"),
+        symbols=("#VER=1.0", "%I9,GUI-E,emergency", "%Q3,%Q3,", "%B7,spare,"),
+        expressions=(),
+        period=25,
+    )
     result = compiled(text, PATH)
     assert said(result) == []
     (block,) = result.project.files[0].pous[-1].var_blocks
     assert [(v.name, v.location, v.note) for v in block.variables] == [
         ("GUI_E", "%IX1.1", "emergency"), ("Q3", "%QX0.3", None)]
     assert machine(text, PATH).period_ns == 25_000_000
-    assert set(remarks(result)) == {("renamed", "GUI-E", "GUI_E"), ("left out", "%B7 spare", "nothing uses it")}
+    assert set(remarks(result)) == {
+        ("renamed", "GUI-E", "GUI_E"),
+        ("left out", "%B7 spare", "nothing uses it"),
+    }
 
 
 def test_words_lie_behind_bits() -> None:
@@ -303,22 +424,40 @@ def test_words_lie_behind_bits() -> None:
     assert run(text, PATH, [{"I0": 1, "IW2": -100000}], "QW1") == ["-100000"]
 
 
-@pytest.mark.parametrize(("text", "messages"), [
-    (project(rung("1-50/0 50-60/0", "1-50/1")), ["LD0152 ClassicLadder: [I1] in rung 0 is left out"]),
-    (project(rung("1-50/0 50-60/0"), modbusioconf=("#VER=1.0", "1,0,1,1,0,0")),
-     ["LD0152 ClassicLadder: the table modbusioconf.csv is left out"]),
-    (project(rung("1-50/0 50-200/0")), ["LD0151 ClassicLadder: a coil of the variable W0 is not supported"]),
-    (project(rung("1-900/0 50-60/0")), ["LD0151 ClassicLadder: the variable type 900 is not supported"]),
-    (project(rung("1-50/0 40-60/0")), ["LD0151 ClassicLadder: an element of type 40 is not supported"]),
-    (project(rung("1-50/0 54-0/7")), ["LD0150 ClassicLadder: a jump to rung 7 leads to nowhere"]),
-    (project(rung("1-50/0 55-0/7")), ["LD0150 ClassicLadder: rung 0: there is no subroutine 7"]),
-    (project(rung("1-50/0 # 10-0/3 50-60/0"), timers=table(1, 1)),
-     ["LD0150 ClassicLadder: %T3 has no row in the table of presets"]),
-    (project(rung("1-50/0 50-60/0", version="4.0")), ["LD0151 ClassicLadder: version 4.0 of rungs is not supported"]),
-    (project(rung("1-50/0 50-60/0"), timers=("7,1",)), ["LD0150 ClassicLadder: timers.csv: there is no time base 7"]),
-    (project(rung("1-50/0 50-60/0"), sections=("000,0,-1,0,5,0",)),
-     ["LD0150 ClassicLadder: the rungs of section_0 do not lead from 0 to 5"]),
-])
+@pytest.mark.parametrize(
+    ("text", "messages"),
+    [
+        (project(rung("1-50/0 50-60/0", "1-50/1")), ["LD0152 ClassicLadder: [I1] in rung 0 is left out"]),
+        (
+            project(rung("1-50/0 50-60/0"), modbusioconf=("#VER=1.0", "1,0,1,1,0,0")),
+            ["LD0152 ClassicLadder: the table modbusioconf.csv is left out"],
+        ),
+        (
+            project(rung("1-50/0 50-200/0")),
+            ["LD0151 ClassicLadder: a coil of the variable W0 is not supported"],
+        ),
+        (project(rung("1-900/0 50-60/0")), ["LD0151 ClassicLadder: the variable type 900 is not supported"]),
+        (project(rung("1-50/0 40-60/0")), ["LD0151 ClassicLadder: an element of type 40 is not supported"]),
+        (project(rung("1-50/0 54-0/7")), ["LD0150 ClassicLadder: a jump to rung 7 leads to nowhere"]),
+        (project(rung("1-50/0 55-0/7")), ["LD0150 ClassicLadder: rung 0: there is no subroutine 7"]),
+        (
+            project(rung("1-50/0 # 10-0/3 50-60/0"), timers=table(1, 1)),
+            ["LD0150 ClassicLadder: %T3 has no row in the table of presets"],
+        ),
+        (
+            project(rung("1-50/0 50-60/0", version="4.0")),
+            ["LD0151 ClassicLadder: version 4.0 of rungs is not supported"],
+        ),
+        (
+            project(rung("1-50/0 50-60/0"), timers=("7,1",)),
+            ["LD0150 ClassicLadder: timers.csv: there is no time base 7"],
+        ),
+        (
+            project(rung("1-50/0 50-60/0"), sections=("000,0,-1,0,5,0",)),
+            ["LD0150 ClassicLadder: the rungs of section_0 do not lead from 0 to 5"],
+        ),
+    ],
+)
 def test_what_is_told(text: str, messages: list[str]) -> None:
     assert said(compiled(text, PATH)) == messages
 
@@ -345,7 +484,9 @@ class Grid:
             for row in range(len(self.rows)):
                 kind, variable = self.rows[row][column][0].split("-")
                 name = {"0": "B", "50": "I"}[variable.split("/")[0]] + variable.split("/")[1]
-                left = column == 0 or any(power.get((column - 1, other)) for other in self.joined(column, row))
+                left = column == 0 or any(
+                    power.get((column - 1, other)) for other in self.joined(column, row)
+                )
                 state = kind == "9"
                 if kind in ("1", "2", "3"):
                     state = values[name] != (kind == "2")
@@ -391,10 +532,15 @@ def test_random_rungs(rows: list, inputs: list[tuple[bool, bool, bool]]) -> None
 
 EXAMPLE = project(
     rung("1-50/0 # 10-0/0 50-60/0", "1-50/1 # # 54-0/1", "# # 20-0/0 50-0/3", label="one", comment="first"),
-    rung("1-50/0 # 12-0/0 55-0/0", "- - - - - - - # # 60-0/1"), rung("1-50/2 50-60/2"),
+    rung("1-50/0 # 12-0/0 55-0/0", "- - - - - - - # # 60-0/1"),
+    rung("1-50/2 50-60/2"),
     sections=("#VER=1.0", "#NAME000=Main", "000,0,-1,0,1,0", "001,0,0,2,2,0", "002,1,-1,0,0,0"),
-    expressions=("@200/0@>3", "@200/1[200/2]@:=MINI(@200/0@,@251/0@)*$F"), timers=table(1, 2), counters=("4",),
-    symbols=("%I0,start,the button",), sequential=(*STEPS, *transition(0, (1, 2), (0,), "50/0")))
+    expressions=("@200/0@>3", "@200/1[200/2]@:=MINI(@200/0@,@251/0@)*$F"),
+    timers=table(1, 2),
+    counters=("4",),
+    symbols=("%I0,start,the button",),
+    sequential=(*STEPS, *transition(0, (1, 2), (0,), "50/0")),
+)
 
 
 @pytest.mark.parametrize("end", range(0, len(EXAMPLE), 41))

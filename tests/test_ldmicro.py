@@ -101,7 +101,11 @@ def test_old_timers_are_a_scan_shorter() -> None:
 
 
 def test_the_count_of_a_timer_is_a_variable() -> None:
-    rungs = ("CONTACTS Xa 0 0;RTO Td 30000 0;COIL Yq 0 0 0 0", "EQU Td 2;MOVE seen Td", "CONTACTS Xr 0 0;RES Td")
+    rungs = (
+        "CONTACTS Xa 0 0;RTO Td 30000 0;COIL Yq 0 0 0 0",
+        "EQU Td 2;MOVE seen Td",
+        "CONTACTS Xr 0 0;RES Td",
+    )
     rows = [{"Xa": 1}] * 4 + [{"Xr": 1}]
     assert run(project(*rungs), PATH, rows, "Td Yq seen") == ["1 0 0", "2 0 2", "3 0 2", "3 1 2", "0 1 2"]
 
@@ -131,7 +135,11 @@ def test_a_long_delay_has_a_wide_count() -> None:
     ("CTD Cn -2 0", "010101", "1 1 1 1 1 0"),
 ])
 def test_counters_that_stop(counter: str, inputs: str, wanted: str | None) -> None:
-    counts = {"CTU Cn 2 0": "0 1 1 2 2 2 2 2", "CTU Cn 2 0 \\": "0 0 1 1 1 2 2 2", "CTD Cn -2 0": "0 -1 -1 -2 -2 -2"}
+    counts = {
+        "CTU Cn 2 0": "0 1 1 2 2 2 2 2",
+        "CTU Cn 2 0 \\": "0 0 1 1 1 2 2 2",
+        "CTD Cn -2 0": "0 -1 -1 -2 -2 -2",
+    }
     rung = f"CONTACTS Xa 0 0;{counter};COIL Yq 0 0 0 0"
     assert trace(rung, inputs, "Cn") == counts[counter]
     power = [int(c) >= 2 if counter.startswith("CTU") else int(c) > -2 for c in counts[counter].split()]
@@ -165,13 +173,33 @@ def test_the_first_value_may_be_a_variable() -> None:
 # ---- arithmetic
 
 
-@pytest.mark.parametrize(("instruction", "wanted"), [
-    ("ADD r n 3", 10), ("SUB r n 9", -2), ("MUL r n -3", -21), ("DIV r n -2", -3), ("MOD r n 4", 3),
-    ("NEG r n", -7), ("AND r n 0b101", 5), ("OR r n 0x10", 23), ("XOR r n 0o3", 4), ("NOT r n", -8),
-    ("SHL r n 2", 28), ("SHR r n 1", 3), ("SHR r m 1", -3), ("SR0 r m 1", 32765), ("ROL r m 4", -65),
-    ("ROR r n 1", -32765), ("SWAP r n", 1792), ("MOVE r 'A'", 65), ("MOVE r '\\n'", 10), ("MOVE r 0xffff", -1),
-    ("SET_BIT r 4", 16), ("ADD r 32767 1", -32768),
-])
+@pytest.mark.parametrize(
+    ("instruction", "wanted"),
+    [
+        ("ADD r n 3", 10),
+        ("SUB r n 9", -2),
+        ("MUL r n -3", -21),
+        ("DIV r n -2", -3),
+        ("MOD r n 4", 3),
+        ("NEG r n", -7),
+        ("AND r n 0b101", 5),
+        ("OR r n 0x10", 23),
+        ("XOR r n 0o3", 4),
+        ("NOT r n", -8),
+        ("SHL r n 2", 28),
+        ("SHR r n 1", 3),
+        ("SHR r m 1", -3),
+        ("SR0 r m 1", 32765),
+        ("ROL r m 4", -65),
+        ("ROR r n 1", -32765),
+        ("SWAP r n", 1792),
+        ("MOVE r 'A'", 65),
+        ("MOVE r '\\n'", 10),
+        ("MOVE r 0xffff", -1),
+        ("SET_BIT r 4", 16),
+        ("ADD r 32767 1", -32768),
+    ],
+)
 def test_arithmetic(instruction: str, wanted: int) -> None:
     rungs = ("MOVE n 7", "MOVE m -5", f"CONTACTS Xa 0 0;{instruction}")
     assert trace(rungs, "01", "r") == f"0 {wanted}"
@@ -188,11 +216,19 @@ def test_comparisons(comparison: str, wanted: int) -> None:
 
 def test_widths() -> None:
     sizes = "1 bytes small,2 bytes middle,4 bytes long"
-    rungs = ("MOVE long 100000", "MOVE middle 300", "ADD small middle 1", "MUL long long middle", "MOVE middle long",
-             "SUB long small 200")
+    rungs = (
+        "MOVE long 100000",
+        "MOVE middle 300",
+        "ADD small middle 1",
+        "MUL long long middle",
+        "MOVE middle long",
+        "SUB long small 200",
+    )
     text = project(*rungs, sizes=sizes)
     assert run(text, PATH, [{}], "small middle long") == ["45 -15488 -155"]
-    (mapped,) = [r for r in remarks(compiled(project("MOVE n 1", sizes="3 bytes n"), PATH)) if r[0] == "mapped"]
+    (mapped,) = [
+        r for r in remarks(compiled(project("MOVE n 1", sizes="3 bytes n"), PATH)) if r[0] == "mapped"
+    ]
     assert mapped[1] == "n"
 
 
@@ -205,7 +241,12 @@ def test_shift_register_and_tables() -> None:
     rows = [{"Xa": n % 2} for n in range(6)]
     assert run(project(*rungs), PATH, rows, "reg0 reg1 reg2")[-1] == "6 6 4"
     table = "LOOK_UP_TABLE r i 3 0 10 20 -30 levels"
-    assert [run(project(table), PATH, [{"i": i, "r": 1}], "r")[0] for i in (0, 2, 3, -1)] == ["10", "-30", "1", "1"]
+    assert [run(project(table), PATH, [{"i": i, "r": 1}], "r")[0] for i in (0, 2, 3, -1)] == [
+        "10",
+        "-30",
+        "1",
+        "1",
+    ]
     linear = "PIECEWISE_LINEAR y x 4 0 2 5 10 10 50 100 100 curve"
     values = [run(project(linear), PATH, [{"x": x, "y": 7}], "y")[0] for x in (0, 5, 10, 55, 100, 101, 2, -5)]
     assert values == ["2", "10", "50", "75", "100", "7", "5", "-6"]
@@ -220,8 +261,18 @@ def test_master_relay() -> None:
 
 
 def test_jumps_and_labels() -> None:
-    rungs = ("COMMENT the loop", "MOVE i 0", "LABEL again", "ADD i i 1", "LES i 5;GOTO again", "CONTACTS Xa 0 0;GOTO 8",
-             "ADD n n 1", "ADD m m 1", "CONTACTS Xa 0 0;RETURN", "ADD k k 1")
+    rungs = (
+        "COMMENT the loop",
+        "MOVE i 0",
+        "LABEL again",
+        "ADD i i 1",
+        "LES i 5;GOTO again",
+        "CONTACTS Xa 0 0;GOTO 8",
+        "ADD n n 1",
+        "ADD m m 1",
+        "CONTACTS Xa 0 0;RETURN",
+        "ADD k k 1",
+    )
     assert trace(rungs, "01", "i n m k") == "5 1 1 1 5 1 2 1"
 
 
@@ -230,8 +281,15 @@ def test_a_jump_to_the_end() -> None:
 
 
 def test_subprograms() -> None:
-    rungs = ("CONTACTS Xa 0 0;GOSUB twice", "GOSUB twice", "SUBPROG twice", "ADD n n 1", "OSR;ADD first first 1",
-             "ENDSUB twice", "ADD m m 1")
+    rungs = (
+        "CONTACTS Xa 0 0;GOSUB twice",
+        "GOSUB twice",
+        "SUBPROG twice",
+        "ADD n n 1",
+        "OSR;ADD first first 1",
+        "ENDSUB twice",
+        "ADD m m 1",
+    )
     assert trace(rungs, "01", "n m first") == "1 1 1 3 2 1"
 
 
@@ -245,14 +303,21 @@ def test_elements_behind_a_jump_are_told() -> None:
 
 
 def test_converter_and_pwm() -> None:
-    rungs = ("CONTACTS Xa 0 0;READ_ADC Av 0", "DIV duty Av 10", "SET_PWM duty 1000 Pled 0-100%", "CONTACTS Xr 0 0;RES Pled")
+    rungs = (
+        "CONTACTS Xa 0 0;READ_ADC Av 0",
+        "DIV duty Av 10",
+        "SET_PWM duty 1000 Pled 0-100%",
+        "CONTACTS Xr 0 0;RES Pled",
+    )
     rows = [{"Av_input": 500}, {"Xa": 1}, {"Av_input": 700, "Xa": 0}, {"Xr": 1}]
     assert run(project(*rungs), PATH, rows, "Av Pled_duty") == ["0 0", "500 50", "500 50", "500 0"]
 
 
 def test_persistent_variables_are_retained() -> None:
     result = compiled(project("PERSIST saved", "ADD saved saved 1"), PATH)
-    (section,) = [b for p in result.project.files[0].pous for b in p.var_blocks if b.qualifiers == ("RETAIN",)]
+    (section,) = [
+        b for p in result.project.files[0].pous for b in p.var_blocks if b.qualifiers == ("RETAIN",)
+    ]
     assert [v.name for v in section.variables] == ["saved"]
     assert said(compiled(project("CONTACTS Xa 0 0;PERSIST saved"), PATH)) == [
         "LD0151 LDmicro: PERSIST behind a condition is not supported"]
@@ -280,10 +345,18 @@ def codes(text: str) -> str:
     return " ".join(map(str, (len(text), *text.encode("ascii"))))
 
 
-@pytest.mark.parametrize(("pattern", "value", "wanted"), [
-    ("T\\3\\r\\n", 35, "T 35\r\n...."), ("T\\3!", 0, "T  0!....."), ("\\-3!", -35, "- 35!....."),
-    ("\\-2!", 35, " 35!......"), ("\\3!", 735, "735!......"), ("\\3!", 705, "705!......"), ("\\x41\\\\", None, "A\\........"),
-])
+@pytest.mark.parametrize(
+    ("pattern", "value", "wanted"),
+    [
+        ("T\\3\\r\\n", 35, "T 35\r\n...."),
+        ("T\\3!", 0, "T  0!....."),
+        ("\\-3!", -35, "- 35!....."),
+        ("\\-2!", 35, " 35!......"),
+        ("\\3!", 735, "735!......"),
+        ("\\3!", 705, "705!......"),
+        ("\\x41\\\\", None, "A\\........"),
+    ],
+)
 def test_formatted_strings(pattern: str, value: int | None, wanted: str) -> None:
     rung = f"FORMATTED_STRING {'n' if value is not None else '(none)'} {codes(pattern)};COIL Ysending 0 0 0 0"
     assert sent(project(rung), 10, **({} if value is None else {"n": value})) == wanted
@@ -292,14 +365,23 @@ def test_formatted_strings(pattern: str, value: int | None, wanted: str) -> None
 def test_formatted_strings_wait_and_tell_that_they_send() -> None:
     text = project(f"CONTACTS Xa 0 0;FORMATTED_STRING (none) {codes('Hi!')};COIL Ysending 0 0 0 0")
     assert sent(text, 7, busy=(1, 2), Xa=1) == "H..i!.."
-    assert run(text, PATH, [{"Xa": 1}] * 4 + [{"Xa": 0}, {"Xa": 1}], "Ysending") == ["1", "1", "0", "0", "0", "1"]
+    assert run(text, PATH, [{"Xa": 1}] * 4 + [{"Xa": 0}, {"Xa": 1}], "Ysending") == [
+        "1",
+        "1",
+        "0",
+        "0",
+        "0",
+        "1",
+    ]
 
 
 # ---- the file
 
 
 def test_names_comments_and_the_task() -> None:
-    text = project("COMMENT Two lines\\r\\nof comment", "CONTACTS Xa 0 0;COIL Rif__ 0 0 0 0", "COMMENT by nobody")
+    text = project(
+        "COMMENT Two lines\\r\\nof comment", "CONTACTS Xa 0 0;COIL Rif__ 0 0 0 0", "COMMENT by nobody"
+    )
     result = compiled(text, PATH)
     assert said(result) == []
     assert ("renamed", "Rif__", "Rif") in remarks(result)
@@ -345,8 +427,21 @@ def test_a_code_page_is_read(tmp_path: Path) -> None:
 # ---- circuits at random against a small interpreter
 
 
-LEAF = st.sampled_from(("CONTACTS Xa 0 0", "CONTACTS Xb 1 0", "CONTACTS Rc 0 0", "COIL Rc 0 0 0 0", "COIL Rd 0 1 0 0",
-                        "COIL Rd 0 0 1 0", "OSR", "OSF", "OPEN", "SHORT", "CONTACTS Rd 0 0"))
+LEAF = st.sampled_from(
+    (
+        "CONTACTS Xa 0 0",
+        "CONTACTS Xb 1 0",
+        "CONTACTS Rc 0 0",
+        "COIL Rc 0 0 0 0",
+        "COIL Rd 0 1 0 0",
+        "COIL Rd 0 0 1 0",
+        "OSR",
+        "OSF",
+        "OPEN",
+        "SHORT",
+        "CONTACTS Rd 0 0",
+    )
+)
 CIRCUIT = st.recursive(LEAF, lambda inner: st.one_of(
     st.lists(inner, min_size=1, max_size=3).map(lambda parts: ("PARALLEL", parts)),
     st.lists(inner, min_size=1, max_size=3).map(lambda parts: ("SERIES", parts))), max_leaves=8)
@@ -390,10 +485,15 @@ class Interpreter:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(CIRCUIT, min_size=1, max_size=2), st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=6))
+@given(
+    st.lists(CIRCUIT, min_size=1, max_size=2),
+    st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=6),
+)
 def test_random_circuits(circuits: list, inputs: list[tuple[bool, bool]]) -> None:
     rungs = [lines(("SERIES", [circuit, "COIL Rc 0 0 0 0"])) for circuit in circuits]
-    running = machine(project(*rungs, "CONTACTS Xa 0 0;CONTACTS Xb 0 0;CONTACTS Rd 0 0;COIL Rd 0 1 0 0"), PATH)
+    running = machine(
+        project(*rungs, "CONTACTS Xa 0 0;CONTACTS Xb 0 0;CONTACTS Rd 0 0;COIL Rd 0 1 0 0"), PATH
+    )
     other = Interpreter()
     for a, b in inputs:
         running.set("Xa", a)
@@ -408,9 +508,18 @@ def test_random_circuits(circuits: list, inputs: list[tuple[bool, bool]]) -> Non
 # ---- broken files, files of others
 
 
-EXAMPLE = project("COMMENT start", "CONTACTS Xa 0 0;PARALLEL;TON Td 30000 0;SERIES;CTU Cn 5 0;OSR;END;END;COIL Yq 0 0 0 0",
-                  "LOOK_UP_TABLE r i 3 0 10 20 -30 levels", "FORMATTED_STRING n 4 92 51 13 10", "CONTACTS Xa 0 0;GOTO 7",
-                  "SUBPROG s", "ADD n n 1", "ENDSUB s", "GOSUB s", sizes="1 bytes n,2 bytes r")
+EXAMPLE = project(
+    "COMMENT start",
+    "CONTACTS Xa 0 0;PARALLEL;TON Td 30000 0;SERIES;CTU Cn 5 0;OSR;END;END;COIL Yq 0 0 0 0",
+    "LOOK_UP_TABLE r i 3 0 10 20 -30 levels",
+    "FORMATTED_STRING n 4 92 51 13 10",
+    "CONTACTS Xa 0 0;GOTO 7",
+    "SUBPROG s",
+    "ADD n n 1",
+    "ENDSUB s",
+    "GOSUB s",
+    sizes="1 bytes n,2 bytes r",
+)
 
 
 @pytest.mark.parametrize("end", range(0, len(EXAMPLE), 7))

@@ -17,7 +17,9 @@ from ldc.parser.lexer import lex
 from ldc.parser.units import Units
 from ldc.source import SourceFile, Span
 
-_PLAIN = re.compile(r"(?:\[(?:(/)|([PN]) )?|\((?:(/)|([PNSR]) )?)(?!(?:TRUE|FALSE)\b)([A-Za-z_]\w*)[\])]", re.ASCII)
+_PLAIN = re.compile(
+    r"(?:\[(?:(/)|([PN]) )?|\((?:(/)|([PNSR]) )?)(?!(?:TRUE|FALSE)\b)([A-Za-z_]\w*)[\])]", re.ASCII
+)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
@@ -57,7 +59,9 @@ def configuration(name: str, program: str, interval: str, span: Span) -> ast.Con
     priority = ast.Literal(0, None, "0", span)
     task = ast.Task("scan", expression(interval, span), None, priority, span)
     instance = ast.ProgramInstance(program, "scan", program, span)
-    return ast.Configuration(name, (), (ast.Resource("master", "master", (), (task,), (instance,), span),), span)
+    return ast.Configuration(
+        name, (), (ast.Resource("master", "master", (), (task,), (instance,), span),), span
+    )
 
 
 @lru_cache(maxsize=1_000)
@@ -71,7 +75,7 @@ def _parsed(symbol: str, text: str):
 
 
 def _moved(tree, span: Span):
-    """The same tree with all spans at another place. Fragments are shallow: recursion follows their nesting."""
+    """The same tree with all spans at another place. Fragments are shallow, so it may recurse."""
     if isinstance(tree, Span):
         return span
     if isinstance(tree, tuple):

@@ -1,4 +1,7 @@
-"""ClassicLadder projects (``.clp``, ``.clprj``) to the tree that every source gives; docs/import-classicladder.md."""
+"""ClassicLadder projects (``.clp``, ``.clprj``) to the tree that every source gives.
+
+What cells, blocks and expressions mean: docs/import-classicladder.md.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The expressions in compare and operate blocks: ``@200/0@:=MINI(@200/1@,@200/2@)+$1F``, 32 bits wide.
 
-``@type/offset@`` is a variable, ``@type/offset[type/offset]@`` one that an index chooses. From loose to tight:
-``|``, ``&``, ``+ -``, ``* / %``, ``^``. As in the tool, ``a ^ b`` squares b times.
+``@type/offset@`` is a variable, ``@type/offset[type/offset]@`` one that an index chooses. From loose
+to tight: ``|``, ``&``, ``+ -``, ``* / %``, ``^``. As in the tool, ``a ^ b`` squares b times.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from ldc.source import Span
 
 _MAX_LENGTH, _MAX_DEPTH = 1_000, 8
 _TOKEN = re.compile(
-    r"\s*(?:(?P<var>@(\d{1,4})/(\d{1,6})(?:\[(\d{1,4})/(\d{1,6})\])?@)|(?P<hex>\$[0-9A-Fa-f]{1,8})|(?P<dec>\d{1,10})"
-    r"|(?P<char>'[^']{1,4}')|(?P<name>[A-Z]+)|(?P<op><>|<=|>=|:=|[-+*/%&|^!<>=(),]))", re.ASCII)
+    r"\s*(?:(?P<var>@(\d{1,4})/(\d{1,6})(?:\[(\d{1,4})/(\d{1,6})\])?@)|(?P<hex>\$[0-9A-Fa-f]{1,8})"
+    r"|(?P<dec>\d{1,10})|(?P<char>'[^']{1,4}')|(?P<name>[A-Z]+)|(?P<op><>|<=|>=|:=|[-+*/%&|^!<>=(),]))",
+    re.ASCII,
+)
 _COMPARISONS = ("<>", "<=", ">=", "<", ">", "=")
 _ADDITIONS = {"+": "+", "-": "-"}
 _PRODUCTS = {"*": "*", "/": "/", "%": "MOD"}

@@ -98,7 +98,9 @@ def _items(edge: _Edge) -> list[ast.Item]:
             items += fragments.items(part.text, part.span)
         else:
             branches = [_items(branch) for branch in part]
-            items.append(ast.Branches(tuple(fragments.path(b, b[0].span) for b in branches), branches[0][0].span))
+            items.append(
+                ast.Branches(tuple(fragments.path(b, b[0].span) for b in branches), branches[0][0].span)
+            )
     return items
 
 

@@ -22,7 +22,10 @@ from ldc.source import SourceFile, Span
 MAX_RUNGS = 10_000
 _RUNG = re.compile(r"rung_(\d{1,6})\.csv\Z")
 _VARIABLE = re.compile(r"(\d{1,4})/(\d{1,6})", re.ASCII)
-_OUTSIDE = {"ioconf.csv": "which terminals the inputs and outputs are", "modbusioconf.csv": "a Modbus connection"}
+_OUTSIDE = {
+    "ioconf.csv": "which terminals the inputs and outputs are",
+    "modbusioconf.csv": "a Modbus connection",
+}
 
 
 def project(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
@@ -89,7 +92,9 @@ class _Writer:
         pages = Pages(variables, self.settings, self.timed)
         main, blocks = _Pou(), {}
         for section in sections:
-            into = main if section.subroutine < 0 else blocks.setdefault(subroutines[section.subroutine], _Pou())
+            into = (
+                main if section.subroutine < 0 else blocks.setdefault(subroutines[section.subroutine], _Pou())
+            )
             variables.used = into.used
             if section.language == SEQUENTIAL:
                 into.rungs += pages.rungs(section.page, section.name, section.span)
@@ -102,8 +107,16 @@ class _Writer:
         everything = [v for v in variables.found.values() if v.name]
         declared = variables.section("VAR_EXTERNAL", main.used.values(), self.head) if blocks else (
             variables.section("VAR", everything, self.head))
-        program = ast.Pou("PROGRAM", self.name, None, None, declared, ast.LadderBody(tuple(main.rungs), self.span),
-                          self.span, self.head)
+        program = ast.Pou(
+            "PROGRAM",
+            self.name,
+            None,
+            None,
+            declared,
+            ast.LadderBody(tuple(main.rungs), self.span),
+            self.span,
+            self.head,
+        )
         pous = [self._subroutine(name, pou) for name, pou in blocks.items()]
         globals_ = variables.section("VAR_GLOBAL", everything, self.head) if blocks else ()
         self._unused()
@@ -170,7 +183,9 @@ class _Writer:
             title = rung.comment or None
             name = names.get(rung.number) if steps else None
             for part in self._split(steps):
-                into.rungs.append(ast.Rung(name, title, paths(part, rung.span), rung.span, rung.span if name else None))
+                into.rungs.append(
+                    ast.Rung(name, title, paths(part, rung.span), rung.span, rung.span if name else None)
+                )
                 title = name = None
 
     def _chain(self, section: Section) -> list[grid.Rung]:
@@ -219,7 +234,11 @@ class _Writer:
             before, jump, after = steps[:at], steps[at], steps[at + 1 :]
             fed = {net for step in before for net in (step.tail, *step.outputs.values())}
             needed = dict.fromkeys(
-                net for step in after for net in (step.head, *step.inputs.values()) if net is not RAIL and net in fed)
+                net
+                for step in after
+                for net in (step.head, *step.inputs.values())
+                if net is not RAIL and net in fed
+            )
             for net in needed:
                 name = self.variables.added("power", "BOOL", jump.span, "power behind a jump")
                 before.append(Step(f"({name})", net, None, jump.span, acts=True))

@@ -67,4 +67,6 @@ class Pages:
 
 
 def _rung(text: str, span: Span, title: str | None = None, name: str | None = None) -> ast.Rung:
-    return ast.Rung(name, title, (fragments.path(fragments.items(text, span), span),), span, span if name else None)
+    return ast.Rung(
+        name, title, (fragments.path(fragments.items(text, span), span),), span, span if name else None
+    )

@@ -19,7 +19,7 @@ _CONDITION = re.compile(r"C(\d{1,4}),\d+,(\d{1,4})/(\d{1,6})\s*\Z")
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """Of a timer or counter: ``base`` in milliseconds, ``preset`` in units of it, ``mode`` of an IEC timer."""
+    """Of a timer or counter: ``base`` in milliseconds, ``preset`` in units of it, ``mode`` (IEC)."""
 
     base: int
     preset: int
@@ -53,7 +53,7 @@ class Step:
 
 @dataclass(slots=True)
 class Transition:
-    """``activates`` and ``deactivates`` are indexes of steps; ``condition``: type and offset of a variable."""
+    """``activates``, ``deactivates``: indexes of steps; ``condition``: type and offset of a variable."""
 
     activates: list[int]
     deactivates: list[int]
@@ -165,7 +165,9 @@ def _sequential(reading: Reading, part: Part, found: Settings) -> None:
         elif condition and int(condition[1]) in found.transitions:
             found.transitions[int(condition[1])].condition = (int(condition[2]), int(condition[3]))
         else:
-            reading.malformed(line.span, f"sequential.csv: `{line.text[:40]}` is no step, transition or condition")
+            reading.malformed(
+                line.span, f"sequential.csv: `{line.text[:40]}` is no step, transition or condition"
+            )
     for number, transition in list(found.transitions.items()):
         if any(step not in found.steps for step in (*transition.activates, *transition.deactivates)):
             del found.transitions[number]

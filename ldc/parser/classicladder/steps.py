@@ -134,8 +134,11 @@ class Drawing:
         return Expression(self.variables, line)
 
     def _told(self, expression: Expression, wrong: Wrong) -> None:
-        self.variables.reading.malformed(expression.line.span, f"the expression is wrong: {wrong}",
-                                         help="mend it in ClassicLadder, which takes what it understands of it")
+        self.variables.reading.malformed(
+            expression.line.span,
+            f"the expression is wrong: {wrong}",
+            help="mend it in ClassicLadder, which takes what it understands of it",
+        )
 
     def _compare(self, cell: Cell, column: int, row: int, left: int) -> None:
         expression, text = self._expression(cell), "FALSE"
@@ -155,7 +158,9 @@ class Drawing:
                 self.variables.reading.unsupported(cell.span, f"a coil of the variable {place.text}",
                                                    "coils write %B, %Q, %I, %E and %X")
                 return
-            self._add(cell, f"({_COILS[cell.type]}{place.text})", head, None, writes={base(place.text)}, acts=True)
+            self._add(
+                cell, f"({_COILS[cell.type]}{place.text})", head, None, writes={base(place.text)}, acts=True
+            )
         elif cell.type == grid.JUMP:
             self._add(cell, "", head, None, acts=True, jump=cell.offset)
         elif cell.type == grid.CALL:

@@ -1,4 +1,4 @@
-"""What a type and a number name in ClassicLadder: bits, words, inputs and outputs, parts of timers and counters.
+"""What a type and a number name in ClassicLadder: bits, words, inputs, outputs, parts of blocks.
 
 Bits are BOOL, numbers are 32 bits wide (DINT), floats REAL. A symbol gives the name, otherwise the letter of
 the type and the number do. Words and bits that an index chooses become arrays.
@@ -16,9 +16,19 @@ from ldc.source import Span
 PACKAGE = "ldc.parser.classicladder"
 MAX_OFFSET = 100_000
 BIT, WORD, STEP, STEP_TIME, INPUT, OUTPUT = 0, 200, 30, 220, 50, 60
-_PLAIN = {BIT: ("B", "BOOL"), STEP: ("X", "BOOL"), INPUT: ("I", "BOOL"), OUTPUT: ("Q", "BOOL"),
-          70: ("E", "BOOL"), WORD: ("W", "DINT"), 270: ("IW", "DINT"), 280: ("QW", "DINT"), 300: ("IF", "REAL"),
-          310: ("QF", "REAL"), STEP_TIME: ("X", "DINT")}
+_PLAIN = {
+    BIT: ("B", "BOOL"),
+    STEP: ("X", "BOOL"),
+    INPUT: ("I", "BOOL"),
+    OUTPUT: ("Q", "BOOL"),
+    70: ("E", "BOOL"),
+    WORD: ("W", "DINT"),
+    270: ("IW", "DINT"),
+    280: ("QW", "DINT"),
+    300: ("IF", "REAL"),
+    310: ("QF", "REAL"),
+    STEP_TIME: ("X", "DINT"),
+}
 _AREAS = {INPUT: ("%I", 0), 270: ("%I", 1), 300: ("%I", 2), OUTPUT: ("%Q", 0), 280: ("%Q", 1), 310: ("%Q", 2)}
 _SIZES = {BIT: "SIZE_NBR_BITS", WORD: "SIZE_NBR_WORDS", INPUT: "SIZE_NBR_PHYS_INPUTS",
           OUTPUT: "SIZE_NBR_PHYS_OUTPUTS"}
@@ -59,8 +69,8 @@ class Declared:
 @dataclass(slots=True)
 class Variables:
     """All variables of a project. ``indexed``: types that an index chooses from; ``presets``: those that an
-    expression or a contact names; ``used``: variables of the POU that is being read, by name; ``symbols``: the
-    variables whose symbols gave a name."""
+    expression or a contact names; ``used``: variables of the POU that is being read, by name;
+    ``symbols``: the variables whose symbols gave a name."""
 
     reading: Reading
     settings: Settings
@@ -74,7 +84,7 @@ class Variables:
     symbols: set[str] = field(default_factory=set)
 
     def place(self, kind: int, offset: int, span: Span, index: str | None = None) -> Place:
-        """The variable that a type and an offset name; ``index``: an expression that is added to the offset."""
+        """The variable that a type and an offset name; ``index``: an expression added to the offset."""
         if not 0 <= offset < MAX_OFFSET:
             self.reading.malformed(span, f"there is no variable {kind}/{offset}")
             offset = 0

@@ -1,4 +1,7 @@
-"""LDmicro projects (``.ld``, formats 0.1 and 0.2) to the tree that every source gives; docs/import-ldmicro.md."""
+"""LDmicro projects (``.ld``, formats 0.1 and 0.2) to the tree that every source gives.
+
+What each instruction means: docs/import-ldmicro.md.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,9 @@ _ESCAPES = {"a": 7, "b": 8, "e": 27, "f": 12, "n": 10, "r": 13, "t": 9, "v": 11,
 
 def read_adc(context: Context, leaf: Leaf) -> str:
     target = context.integer(leaf.args[0], leaf)
-    source = context.added(f"{target.name}_input", INT, leaf, f"what the A/D converter of {target.name} reads")
+    source = context.added(
+        f"{target.name}_input", INT, leaf, f"what the A/D converter of {target.name} reads"
+    )
     context.reading.remark("mapped", f"READ_ADC {leaf.args[0]}", f"copies {source}", leaf.span)
     return context.move(source, INT, target)
 

@@ -3,56 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import PurePath
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, fragments
 from ldc.parser.foreign import Names, Reading
-from ldc.parser.ldmicro import arithmetic as numbers
 from ldc.parser.ldmicro import instructions as steps
 from ldc.parser.ldmicro import peripherals
 from ldc.parser.ldmicro.context import Body, Context
+from ldc.parser.ldmicro.table import COUNTERS, END_OF_RUNG, HANDLERS, HARMLESS, LEAVING, STAY_SAME, TIMERS
 from ldc.parser.ldmicro.text import PARALLEL, Group, Leaf, Text, read_text
 from ldc.parser.ldmicro.variables import Variables, limits, number, sections
 from ldc.source import SourceFile, Span
 
-Handler = Callable[[Context, Leaf], str]
-_CALCULATIONS = ("ADD", "SUB", "MUL", "DIV", "MOD")
-_TIMERS = ("TON", "TOF", "RTO", "RTL", "TCY", "THI", "TLO")
-_COUNTERS = ("CTU", "CTD", "CTC", "CTR")
-HANDLERS: dict[str, tuple[int, Handler]] = {
-    "CONTACTS": (2, steps.contacts), "COIL": (4, steps.coil),
-    **dict.fromkeys(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), (2, steps.comparison)),
-    **dict.fromkeys(("IF_BIT_SET", "IF_BIT_CLEAR"), (2, steps.bit_test)),
-    "SHORT": (0, steps.nothing), "LABEL": (1, steps.nothing), "COMMENT": (0, steps.nothing),
-    "OPEN": (0, steps.opened), "CLRWDT": (0, steps.watchdog),
-    "OSR": (0, steps.rising), **dict.fromkeys(("OSF", "OSL", "OSC"), (0, steps.one_shot)),
-    **dict.fromkeys(_TIMERS, (2, steps.timer)), "TIME2COUNT": (2, steps.time_to_count),
-    **dict.fromkeys(_COUNTERS, (2, steps.counter)), "RES": (1, steps.reset),
-    "MASTER_RELAY": (0, steps.master_relay), "GOTO": (1, steps.goto), "RETURN": (0, steps.leave),
-    "GOSUB": (1, steps.gosub),
-    "MOVE": (2, numbers.move), **dict.fromkeys(_CALCULATIONS, (3, numbers.calculation)),
-    "NEG": (2, numbers.negation), "NOT": (2, numbers.bitwise),
-    **dict.fromkeys(("AND", "OR", "XOR"), (3, numbers.bitwise)),
-    **dict.fromkeys(("SHL", "SR0", "ROL", "ROR"), (3, numbers.shift)), "SHR": (3, numbers.shift_right),
-    "SWAP": (2, numbers.swap), **dict.fromkeys(("SET_BIT", "CLEAR_BIT"), (2, numbers.one_bit)),
-    "SHIFT_REGISTER": (2, numbers.shift_register), "LOOK_UP_TABLE": (4, numbers.look_up),
-    "PIECEWISE_LINEAR": (3, numbers.piecewise),
-    "READ_ADC": (1, peripherals.read_adc), "SET_PWM": (2, peripherals.set_pwm),
-    "PERSIST": (1, peripherals.persist), "UART_RECV": (1, peripherals.uart_receive),
-    "UART_SEND": (1, peripherals.uart_send), "UART_RECV_AVAIL": (0, peripherals.uart_available),
-    **dict.fromkeys(("UART_SEND_READY", "UART_SEND_BUSY", "UART_UDRE"), (0, peripherals.uart_ready)),
-    "FORMATTED_STRING": (1, peripherals.formatted_string),
-}
-_END_OF_RUNG = frozenset((*_CALCULATIONS, "COIL", "RES", "READ_ADC", "SET_PWM", "MASTER_RELAY", "CLRWDT", "GOTO",
-                          "GOSUB", "RETURN", "SHIFT_REGISTER", "LOOK_UP_TABLE", "PIECEWISE_LINEAR", "PERSIST",
-                          "MOVE"))
-_STAY_SAME = _END_OF_RUNG | {"SET_BIT", "CLEAR_BIT", "SHL", "SHR", "SR0", "ROL", "ROR", "AND", "OR", "XOR", "NOT",
-                             "NEG", "SWAP"}
-_LEAVES = ("GOTO", "RETURN")
-_HARMLESS = frozenset((*_LEAVES, "CONTACTS", "EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ", "IF_BIT_SET",
-                       "IF_BIT_CLEAR", "SHORT", "OPEN", "COMMENT"))
 _CYCLE = re.compile(r"\d{1,12}")
 _BREAK = re.compile(r"(?:\\r|\\n|\r|\n)+")
 _FOREIGN_SETTINGS = ("MICRO", "CRYSTAL", "BAUD", "COMPILED", "COMPILER")
@@ -66,7 +30,9 @@ def project(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         return ast.File(source, (), (), (), (), (), True, tuple(reading.remarks))
     for key in _FOREIGN_SETTINGS:
         if key in text.settings:
-            reading.remark("left out", f"{key}={text.settings[key][0]}", "about the chip", text.settings[key][1])
+            reading.remark(
+                "left out", f"{key}={text.settings[key][0]}", "about the chip", text.settings[key][1]
+            )
     return _Writer(reading, text).file()
 
 
@@ -78,7 +44,7 @@ class _Writer:
         names = Names(reading)
         self.name = names.fresh(PurePath(reading.source.path).stem, pou=True)
         periods = {leaf.span.start: self._period(leaf) for rung in text.rungs for leaf in rung.leaves()
-                   if leaf.word in (*_TIMERS, "TIME2COUNT") and len(leaf.args) > 1}
+                   if leaf.word in (*TIMERS, "TIME2COUNT") and len(leaf.args) > 1}
         variables = Variables(reading, text, names, limits(text, periods))
         self.context = Context(reading, names, variables, periods, self._resets())
         self.master = any(leaf.word == "MASTER_RELAY" for rung in text.rungs for leaf in rung.leaves())
@@ -89,7 +55,9 @@ class _Writer:
         if delay is None and leaf.word != "TIME2COUNT":
             return None
         if not self.cycle:
-            self.reading.unsupported(leaf.span, f"{leaf.word} without a cycle time", "set CYCLE: timers count scans")
+            self.reading.unsupported(
+                leaf.span, f"{leaf.word} without a cycle time", "set CYCLE: timers count scans"
+            )
             return 1
         given = number(leaf.args[2]) if len(leaf.args) > 2 else None
         early = self.text.version == "0.1" and leaf.word in ("TON", "TOF", "RTO")
@@ -103,7 +71,7 @@ class _Writer:
 
     def _resets(self) -> dict[str, str]:
         found: dict[str, str] = {}
-        for word in reversed(_COUNTERS):
+        for word in reversed(COUNTERS):
             for rung in self.text.rungs:
                 for leaf in rung.leaves():
                     if leaf.word == word and leaf.args:
@@ -124,7 +92,9 @@ class _Writer:
         rungs, body, title = written[0]
         rungs = (*self._beginning(body), *rungs)
         everything = list(context.variables.found.values())
-        declared = [*_externals(body.used.values(), self.text.head)] if shared else [*sections("VAR", everything)]
+        declared = (
+            [*_externals(body.used.values(), self.text.head)] if shared else [*sections("VAR", everything)]
+        )
         declared += _instances(body, self.text.head)
         span = Span(self.reading.source, self.text.head.start, len(self.reading.source.text))
         main = ast.Pou("PROGRAM", self.name, title, None, tuple(declared), ast.LadderBody(rungs, span), span,
@@ -137,7 +107,9 @@ class _Writer:
         if not self.cycle:
             return ()
         span = self.text.settings["CYCLE"][1]
-        return (fragments.configuration(self.context.names.fresh("plc"), self.name, f"T#{self.cycle}us", span),)
+        return (
+            fragments.configuration(self.context.names.fresh("plc"), self.name, f"T#{self.cycle}us", span),
+        )
 
     def _beginning(self, body: Body) -> Iterator[ast.Rung]:
         """What holds at the beginning of each scan: the master relay is on, nothing was sent."""
@@ -152,8 +124,12 @@ class _Writer:
     def _subprogram(self, name: str, body: Body, rungs: tuple[ast.Rung, ...], span: Span) -> ast.Pou:
         run = fragments.variable("RUN", "BOOL", span)
         done = fragments.variable("DONE", "BOOL", span)
-        declared = (ast.VarBlock("VAR_INPUT", (), (run,), span), ast.VarBlock("VAR_OUTPUT", (), (done,), span),
-                    *_externals(body.used.values(), span), *_instances(body, span))
+        declared = (
+            ast.VarBlock("VAR_INPUT", (), (run,), span),
+            ast.VarBlock("VAR_OUTPUT", (), (done,), span),
+            *_externals(body.used.values(), span),
+            *_instances(body, span),
+        )
         first = (fragments.path(fragments.items("[RUN] (DONE)", span), span),
                  fragments.path(fragments.items("[/RUN] >>RETURN", span), span))
         return ast.Pou("FUNCTION_BLOCK", name, None, None, declared,
@@ -181,7 +157,9 @@ class _Writer:
 
     # ---- rungs
 
-    def _body(self, rungs: list[tuple[int, Group]], main: bool) -> tuple[tuple[ast.Rung, ...], Body, str | None]:
+    def _body(
+        self, rungs: list[tuple[int, Group]], main: bool
+    ) -> tuple[tuple[ast.Rung, ...], Body, str | None]:
         """The rungs of a POU; comments stand over the rung behind them, the last ones over the POU."""
         self.context.body = Body()
         labels = self._labels(rungs)
@@ -201,13 +179,19 @@ class _Writer:
             comments = []
             written.append(ast.Rung(name, title, (fragments.path(items, rung.span),), rung.span,
                                     rung.span if name else None))
-        return tuple(written), self.context.body, (" / ".join(filter(None, comments)) or None) if main else None
+        return (
+            tuple(written),
+            self.context.body,
+            (" / ".join(filter(None, comments)) or None) if main else None,
+        )
 
     def _labels(self, rungs: list[tuple[int, Group]]) -> dict[str, str]:
         """The name of the rung that each label, and each number that is jumped to, stands for: the first
         one there that does something; RETURN behind the last."""
         found: dict[str, str] = {}
-        jumps = {leaf.args[0] for _, rung in rungs for leaf in rung.leaves() if leaf.word == "GOTO" and leaf.args}
+        jumps = {
+            leaf.args[0] for _, rung in rungs for leaf in rung.leaves() if leaf.word == "GOTO" and leaf.args
+        }
         follows = "RETURN"
         last = len(self.text.rungs) + 1
         for index in range(len(rungs) - 1, -1, -1):
@@ -228,9 +212,9 @@ class _Writer:
     def _rung(self, rung: Group) -> tuple[ast.Item, ...]:
         leaves = list(rung.leaves())
         self.context.first = leaves[0].span.start if leaves else -1
-        leaving = next((n for n, leaf in enumerate(leaves) if leaf.word in _LEAVES), len(leaves))
+        leaving = next((n for n, leaf in enumerate(leaves) if leaf.word in LEAVING), len(leaves))
         for leaf in leaves[leaving + 1 :]:
-            if leaf.word not in _HARMLESS:
+            if leaf.word not in HARMLESS:
                 self.reading.unsupported(leaf.span, f"{leaf.word} behind a jump in the same rung",
                                          "put what follows a GOTO or RETURN into a rung of its own")
         items = self._acting(self._series(rung))
@@ -254,7 +238,9 @@ class _Writer:
             elif not isinstance(last, ast.Contact):
                 break
             elif not isinstance(last.expr, ast.Literal) and not self.reading.lost:
-                self.reading.left_out(last.span, last.span.text.split("\n")[0][:60], "its power leads nowhere")
+                self.reading.left_out(
+                    last.span, last.span.text.split("\n")[0][:60], "its power leads nowhere"
+                )
             kept.pop()
         return kept
 
@@ -272,11 +258,11 @@ class _Writer:
     def _parallel(self, group: Group, last: bool) -> list[ast.Item]:
         """Branches. One that only computes adds no power beside others; behind a branch that ends the rung,
         power is what it was before."""
-        ends = any(_words(part) & _END_OF_RUNG for part in group.parts)
+        ends = any(_words(part) & END_OF_RUNG for part in group.parts)
         paths = []
         for part in group.parts:
             items = self._part(part, True)
-            if not ends and _words(part) <= _STAY_SAME and len(group.parts) > 1:
+            if not ends and _words(part) <= STAY_SAME and len(group.parts) > 1:
                 items += fragments.items("[FALSE]", part.span)
             paths.append(fragments.path(items or fragments.items("[TRUE]", part.span), part.span))
         if ends and not last:

@@ -91,7 +91,9 @@ class Variables:
             return known.type
         size, where = self.text.sizes.get(foreign, (2, span))
         if size > 4:
-            self.reading.unsupported(where, f"`{foreign}` of {size} bytes", "variables have 1 to 4 bytes here")
+            self.reading.unsupported(
+                where, f"`{foreign}` of {size} bytes", "variables have 1 to 4 bytes here"
+            )
         elif size == 3:
             self.reading.remark("mapped", foreign, "24 bits became 32: only its overflow differs", where)
         declared = {0: INT, 1: SINT, 2: INT}.get(size, DINT)
@@ -103,7 +105,9 @@ class Variables:
         known = self.found.get(foreign)
         if known is None:
             if foreign in _SYSTEM:
-                self.reading.unsupported(span, f"{_SYSTEM[foreign]} `{foreign}`", "compare the operands instead")
+                self.reading.unsupported(
+                    span, f"{_SYSTEM[foreign]} `{foreign}`", "compare the operands instead"
+                )
             elif not _NAME.match(foreign):
                 self.reading.unsupported(
                     span, f"`{foreign[:40]}` as a variable",
