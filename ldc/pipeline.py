@@ -27,7 +27,7 @@ from ldc.graph.rung import RungGraph
 from ldc.graph.tree import SPTree
 from ldc.il import image as il_image
 from ldc.il import program as il
-from ldc.il import standard, text
+from ldc.il import shapes, standard, text
 from ldc.il.layout import Layout
 from ldc.il.lower import lower
 from ldc.il.lower_charts import ChartCode
@@ -120,13 +120,14 @@ def compile_project(sources: Sources, options: Options = Options(),
 @contextmanager
 def _deep_and_busy() -> Iterator[None]:
     """Deep recursion allowed; the collector is kept from walking the growing, acyclic results."""
-    limit, threshold = sys.getrecursionlimit(), gc.get_threshold()
+    limit, collects = sys.getrecursionlimit(), gc.isenabled()
     sys.setrecursionlimit(max(limit, _RECURSION))
-    gc.set_threshold(200_000, 50, 1000)
+    gc.disable()
     try:
         yield
     finally:
-        gc.set_threshold(*threshold)
+        if collects:
+            gc.enable()
         sys.setrecursionlimit(limit)
 
 
@@ -138,6 +139,7 @@ class _Compile:
         self.timings: dict[str, float] = {}
         self.natives: list[components.Native] = []
         self.done = self.total = 0
+        self.shapes: dict[tuple, shapes.Known] = {}
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -269,46 +271,51 @@ class _Compile:
             if graph is None:
                 return None
             coils += [(key, e) for e in graph.elements if isinstance(e, Coil)]
-            shape = shape_of(graph, locations)
-        known = self.shapes.get(shape.key) if shape is not None else None
-        lowered = None
-        if known is not None:
-            with self.timed("lower"):
-                hidden = memories(graph, known.turns)
-                shape.remember(hidden)
-                lowered = known.lower(graph, shape, hidden, label)
-        if lowered is None:
-            found = len(self.diagnostics)
-            with self.timed("graph"):
-                if not rules.check(graph, self.diagnostics):
-                    return None
-            with self.timed("reduce"):
-                turns = schedule(graph)
-                hidden = memories(graph, turns)
-                tree = reduce(graph, turns)
-                rules.note_bridge(graph, tree, self.diagnostics)
-            with self.timed("lower"):
-                lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
-            verdict = None
-            if self.options.verify:
-                with self.timed("verify"):
-                    verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
-                                     self.nullary)
-                if verdict.kind == "wrong":
-                    self.wrong(rung, verdict)
-            if shape is not None and known is None and len(self.diagnostics) == found:
-                shape.remember(hidden)
-                self.remember(shape, known_of(graph, shape, turns, tree, lowered, verdict))
-        else:
-            turns, tree, verdict = known.turns, known.tree, known.verdict
-        code = lowered.code
-        if verdict is not None:
-            code = replace(code, proof=verdict.kind)
+        with self.timed("shape"):
+            shape = shapes.shape_of(graph, locations)
+            known = self.shapes.get(shape.key) if shape is not None else None
+            made = known.another(graph, shape, label) if known is not None else None
+        if made is None:
+            made = self.made(rung, graph, shape, label, locations)
+        if made is None:
+            return None
+        code = made.lowered.code
         if self.options.keep:
-            build = RungBuild(rung, code, verdict, graph, turns, tree)
+            build = RungBuild(rung, code, made.verdict, graph, made.turns, made.tree)
         else:
-            build = RungBuild(rung, code, verdict)
-        return build, lowered.temps, lowered.hidden
+            build = RungBuild(rung, code, made.verdict)
+        return build, made.lowered.temps, made.lowered.hidden
+
+    def made(self, rung: ast.Rung, graph: RungGraph, shape: shapes.Shape | None, label: str | None,
+             locations: dict[str, Location]) -> shapes.Made | None:
+        """Checks, reduces, lowers and proves a rung; what was told about it keeps it from being an example
+        for others of its shape."""
+        found = len(self.diagnostics)
+        with self.timed("graph"):
+            if not rules.check(graph, self.diagnostics):
+                return None
+        with self.timed("reduce"):
+            turns = schedule(graph)
+            hidden = memories(graph, turns)
+            tree = reduce(graph, turns)
+            rules.note_bridge(graph, tree, self.diagnostics)
+        with self.timed("lower"):
+            lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
+        verdict = None
+        if self.options.verify:
+            with self.timed("verify"):
+                verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
+                                 self.nullary)
+            if verdict.kind == "wrong":
+                self.wrong(rung, verdict)
+            lowered = replace(lowered, code=replace(lowered.code, proof=verdict.kind))
+        made = shapes.Made(turns, tree, lowered, verdict)
+        if shape is not None and len(self.diagnostics) == found:
+            with self.timed("shape"):
+                known = shapes.known(graph, shape, hidden, made)
+                if known is not None:
+                    self.shapes[shape.key] = known
+        return made
 
     def wrong(self, rung: ast.Rung, verdict: Verdict) -> None:
         values = ", ".join(f"{name} = {'TRUE' if on else 'FALSE'}" for name, on in verdict.example)
