@@ -38,8 +38,8 @@ WORDS = (
     "]", "{", "}", "<", ">", "<a>", "</a>", "&amp;", "&#0;", "&#x110000;", "<![CDATA[", "]]>", "<!--", "\n",
     "\t", "\0", ";", ",", ":", ":=", "=>", "@n1", ">>", "END_PROGRAM", "END_VAR", "VAR", "RUNG", "%IX0.0",
     "%QW99999999", "é", "\ufeff", "\U0001f600", "NOT ", " OR ", "localId", 'refLocalId="1"',
-    'typeName="CTU"', 'negated="true"', "null", "[[[[[[[[", "XIC(a)", "OTE(b)", "BST ", "NXB ", "BND ", "SERIES",
-    "PARALLEL", "END",
+    'typeName="CTU"', 'negated="true"', "null", "[[[[[[[[", "XIC(a)", "OTE(b)", "BST ", "NXB ", "BND ",
+    "SERIES", "PARALLEL", "END",
 )
 
 
