@@ -82,8 +82,9 @@ def negated(expr: ast.Expr) -> ast.Expr:
 
 
 def line(text: str) -> str:
-    """The beginning of a text in one line."""
-    return " ".join(text[:200].split())[:40]
+    """The beginning of a text in one line, without what a terminal would obey."""
+    shown = " ".join(text[:200].split())[:40]
+    return "".join(c if c.isprintable() else "?" for c in shown)
 
 
 def prose(node: Node | None) -> str:
