@@ -32,7 +32,7 @@ FORMATS: tuple[Format, ...] = (
     Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read, openplc.position),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
     Format("ClassicLadder", (".clp", ".clprj"), classicladder.recognises, classicladder.read),
-    Format("MELSEC", (".il", ".txt"), melsec.is_list, melsec.read),
+    Format("MELSEC", (".il",), melsec.is_list, melsec.read),
 )
 """Asked in this order."""
 
