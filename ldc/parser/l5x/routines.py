@@ -176,6 +176,9 @@ class Program:
         wanted = self.node.get("MainRoutineName")
         if wanted:
             found = self.routines.get(wanted.upper())
+            written = {n.get("Name").upper() for n in self.node.descendants("Routine", "EncodedData")}
+            if found is None and wanted.upper() in written:
+                return None
             if found is None and self.node.find("Routines") is not None:
                 self.context.reading.malformed(self.node.attribute("MainRoutineName"),
                                                f"there is no routine `{wanted[:40]}` in this program",
