@@ -24,7 +24,7 @@ class Tool:
 
 
 _TOOLS = (
-    Tool("gcc", "native code (in a coming version)", "gcc"),
+    Tool("gcc", "native code (`ldc build`, `--engine native`) and components in C", "gcc"),
     Tool("arm-none-eabi-gcc", "firmware for Cortex-M (in a coming version)", "gcc-arm-none-eabi"),
     Tool("qemu-system-arm", "firmware without a board (in a coming version)", "qemu-system-arm"),
     Tool("dot", "pictures of `ldc compile --emit graph -o x.dot`", "graphviz"),
