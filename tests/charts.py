@@ -243,22 +243,25 @@ def names(steps: tuple[int, ...]) -> str:
 
 @st.composite
 def charts(draw: Callable) -> Chart:
-    count = draw(st.integers(1, 6))
+    """Most transitions lead from one step to one, and most conditions are inputs: so that much happens."""
+    count = draw(st.integers(2, 5))
     step = st.integers(0, count - 1)
-    several = st.lists(step, min_size=1, max_size=3, unique=True).map(tuple) if count > 1 else st.just((0,))
-    plain = (st.sampled_from(INPUTS).map(lambda name: (name,)) | step.map(lambda n: ("on", n))
-             | st.tuples(st.just("lasts"), step, st.sampled_from((0, 10, 20, 45)))
-             | st.tuples(st.just("act"), st.sampled_from(ACTS), st.sampled_from("QA"))
-             | st.tuples(st.just("count"), st.sampled_from(COUNTS), st.integers(0, 3)) | st.just(("TRUE",)))
-    condition = st.recursive(plain, lambda inner: st.tuples(st.just("not"), inner) | st.tuples(
-        st.sampled_from(("and", "or")), inner, inner), max_leaves=3)
-    transition = st.builds(Transition, several, several, st.none() | st.integers(0, 3), condition,
-                           st.integers(0, 3).map(lambda n: n == 0))
+    several = st.lists(step, min_size=2, max_size=3, unique=True).map(tuple)
+    ends = step.map(lambda n: (n,)) | step.map(lambda n: (n,)) | several
+    inputs = st.sampled_from(INPUTS).map(lambda name: (name,))
+    rare = (step.map(lambda n: ("on", n))
+            | st.tuples(st.just("lasts"), step, st.sampled_from((0, 10, 20, 45)))
+            | st.tuples(st.just("act"), st.sampled_from(ACTS), st.sampled_from("QA"))
+            | st.tuples(st.just("count"), st.sampled_from(COUNTS), st.integers(0, 3)))
+    plain = inputs | inputs.map(lambda node: ("not", node)) | st.just(("TRUE",)) | rare
+    joined = st.tuples(st.sampled_from(("and", "or")), plain, plain)
+    transition = st.builds(Transition, ends, ends, st.none() | st.integers(0, 3), plain | plain | joined,
+                           st.sampled_from((False, False, False, True)))
     use = st.tuples(st.sampled_from((*ACTS, *LAMPS)), st.sampled_from((*PLAIN, *TIMED)),
                     st.sampled_from((0, 10, 15, 30, 40)))
-    uses = draw(st.tuples(*(st.lists(use, max_size=4).map(tuple) for _ in range(count))))
+    uses = draw(st.tuples(*(st.lists(use, min_size=2, max_size=4).map(tuple) for _ in range(count))))
     bodies = draw(st.lists(st.sampled_from(sorted(BODIES)), min_size=len(ACTS), max_size=len(ACTS)))
-    return Chart(count, tuple(draw(st.lists(transition, max_size=8))), uses, tuple(bodies))
+    return Chart(count, tuple(draw(st.lists(transition, min_size=4, max_size=8))), uses, tuple(bodies))
 
 
 @dataclass(frozen=True)
@@ -267,5 +270,5 @@ class Scan:
     inputs: tuple[bool, bool, bool]
 
 
-scans = st.lists(st.builds(Scan, st.integers(0, 5).map(bool), st.tuples(*[st.booleans()] * 3)),
-                 min_size=1, max_size=14)
+_runs = st.sampled_from((True, True, True, True, False))
+scans = st.lists(st.builds(Scan, _runs, st.tuples(*[st.booleans()] * 3)), min_size=8, max_size=14)

@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ldc import pipeline
+from ldc.cli.powers import Powers
 from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
@@ -249,6 +250,22 @@ def test_the_chart_may_read_its_flags_and_nothing_else_may_write_them() -> None:
     assert codes(two(a="act(N);", rest=body)) == ["LD0503"] * 3
     assert codes(two(b="q(N);", rest="")) == []
     assert codes(two(a="A.X(N);")) == ["LD0503"]
+
+
+def test_the_power_of_rungs_between_the_control_of_a_chart() -> None:
+    """What the live table shows; a rung of an action that is off was not executed."""
+    result = compiled(two(a="act(N);", b="other(N);", rest="ACTION act: RUNG one [x] (q) END_ACTION "
+                          "ACTION other: RUNG two [y] (q) END_ACTION"))
+    found = Machine(result.program, period_ns=PERIOD)
+    powers = Powers(found, result.units)
+    assert [row.name for row in powers.rows] == ["one", "two"]
+    found.set("x", True)
+    powers.scan()
+    assert [powers.at(row) for row in powers.rows] == [True, None]
+    found.set("go", True)
+    for _ in range(2):
+        powers.scan()
+    assert [powers.at(row) for row in powers.rows] == [None, False]
 
 
 # ---- what is wrong

@@ -27,7 +27,7 @@ def compiled(source: str, path: str = "main.ld", **options) -> pipeline.Compiled
     return result
 
 
-@settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=60)
+@settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=40)
 @given(charts(), scans)
 def test_charts_do_what_they_mean(chart: Chart, run: list[Scan]) -> None:
     source = text(chart)
