@@ -6,6 +6,7 @@ import argparse
 import os
 import secrets
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 from ldc import pipeline
@@ -41,7 +42,8 @@ def run(options: argparse.Namespace) -> int:
             return WRONG
     proof = "The source has errors: see the findings for what is missing here."
     if not wrong:
-        _compare(compiled, Sources(tuple(f.source for f in texts.values()), sources.settings, None))
+        settings = replace(sources.settings, safe=dict(compiled.model.safe))
+        _compare(compiled, Sources(tuple(f.source for f in texts.values()), settings, None))
         proof = f"The project compiles to the same image as its source: digest `{compiled.image.digest}`."
     written = {path: file.source.text for path, file in texts.items()}
     written |= {

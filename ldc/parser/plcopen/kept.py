@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
+from ldc.parser.findings import TooMany
 from ldc.parser.lexer import lex
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing
@@ -19,6 +20,7 @@ from ldc.parser.units import Units
 from ldc.source import Span
 
 NAMESPACE = "urn:ldc:plcopen"
+_NAME = re.compile(r"[A-Za-z_]\w{0,200}\Z", re.ASCII)
 _GEOMETRY = ("position", "relPosition", "addData", "documentation")
 _LOOKS = frozenset(("localId", "refLocalId", "height", "width", "globalId", "executionOrderId"))
 _SAFE: dict[str, tuple[re.Pattern[str], Callable[[str], bool | int | float | str]]] = {
@@ -57,7 +59,7 @@ def placement(resource: Node) -> tuple[str, dict[str, int]]:
         return "", {}
     processor = found.get("processor").strip()
     programs = found.get("programs").upper().split()
-    return processor if processor.isidentifier() else "", {name: at for at, name in enumerate(programs)}
+    return processor if _NAME.match(processor) else "", {name: at for at, name in enumerate(programs)}
 
 
 def safe_values(root: Node) -> tuple[tuple[str, bool | int | float | str], ...]:
@@ -111,7 +113,10 @@ def _take_out(drawing: Drawing, ids: set[str]) -> None:
 def _rung(text: Span) -> ast.Rung | None:
     found = Diagnostics()
     tokens = lex(text.source, text.start, text.end)
-    rung = Units(tokens, found).parse("rung", 0, len(tokens.types), "rung")
+    try:
+        rung = Units(tokens, found).parse("rung", 0, len(tokens.types), "rung")
+    except TooMany:
+        return None
     return None if found.has_errors else rung
 
 

@@ -1,0 +1,301 @@
+"""`ldc export --to plcopen`: a valid file, drawn without overlaps, that is read back as the same program."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from strategies import junction_rungs, program_text, sp_rungs
+from tc6 import broken_rules
+
+from ldc.cli.main import main
+from ldc.manifest import Sources
+from ldc.model.settings import Settings
+from ldc.parser import ast
+from ldc.parser.sfc import SfcBody
+from ldc.parser.unparse import paths_text
+from ldc.pipeline import Compiled, compile_paths, compile_project
+from ldc.source import SourceFile
+from runtime.vm.machine import Machine
+
+ROOT = Path(__file__).resolve().parents[1]
+CORPUS = ROOT.parent / "shared" / "corpus" / "plcopen"
+SAMPLES = sorted(path for path in (ROOT / "samples").iterdir()
+                 if (path / "ldc.toml").exists() and not any("INITIAL_STEP" in p.read_text() for p in path.glob("*.*")))
+"""Charts are not exported."""
+
+
+def exported(tmp_path: Path, *sources: Path | str) -> str:
+    target = tmp_path / "plc.xml"
+    assert main(["export", *map(str, sources), "--to", "plcopen", "-o", str(target)]) == 0
+    return target.read_text(encoding="utf-8")
+
+
+def read(xml: str) -> Compiled:
+    result = compile_project(Sources((SourceFile("plc.xml", xml),), Settings(), None))
+    assert result.image is not None, [f"{d.code} {d.message}" for d in result.diagnostics]
+    return result
+
+
+def without_text(xml: str) -> str:
+    """The drawing alone."""
+    return re.sub(r'<data name="urn:ldc:plcopen/rungs".*?</data>', "", xml, flags=re.DOTALL)
+
+
+def written(tmp_path: Path, text: str, name: str = "main.ld") -> Path:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def round_trip(tmp_path: Path, text: str, name: str = "main.ld") -> tuple[Compiled, str]:
+    """What a source compiles to, and the XML, which compiles to the same image."""
+    path = written(tmp_path, text, name)
+    xml = exported(tmp_path, path)
+    result = compile_paths([str(path)])
+    assert broken_rules(xml) == []
+    assert read(xml).image.digest == result.image.digest
+    return result, xml
+
+
+# ---- whole projects
+
+
+@pytest.mark.parametrize("sample", SAMPLES, ids=lambda path: path.name)
+def test_every_sample_comes_back_as_the_same_program(sample: Path, tmp_path: Path) -> None:
+    result = compile_paths([str(sample)])
+    xml = exported(tmp_path, sample)
+    assert broken_rules(xml) == []
+    assert read(xml).image.digest == result.image.digest
+    assert exported(tmp_path, sample) == xml
+    assert main(["import", str(tmp_path / "plc.xml"), "-o", str(tmp_path / "back")]) == 0
+    assert compile_paths([str(tmp_path / "back")]).image.digest == result.image.digest
+
+
+def test_the_drawing_alone_is_the_same_program(tmp_path: Path) -> None:
+    """Named rungs of one piece need nothing that is kept beside the drawing."""
+    for sample in ("start_stop", "lift", "traffic_light", "bottle_filler", "bridge"):
+        xml = without_text(exported(tmp_path, ROOT / "samples" / sample))
+        assert read(xml).image.digest == compile_paths([str(ROOT / "samples" / sample)]).image.digest
+
+
+def test_files_of_others_are_drawn_anew(tmp_path: Path) -> None:
+    done = 0
+    for path in sorted(CORPUS.rglob("*.xml")):
+        result = compile_paths([str(path)])
+        if result.image is None or any(isinstance(p.body, SfcBody) for p in result.model.pous.values()):
+            continue
+        xml = exported(tmp_path, path)
+        assert broken_rules(xml) == []
+        assert read(xml).image.digest == result.image.digest, path
+        done += 1
+    if not done:
+        pytest.skip("no collection of PLCopen files")
+
+
+# ---- drawings
+
+
+BLOCKS = """
+    bits : WORD; level, total : INT; t1, t2 : TON; c : CTUD; c2 : CTU; text : STRING[20]; field : ARRAY [1..3] OF INT;
+    a, b, d, e, f, g, q, k, u, v : BOOL;
+"""
+CASES = {
+    "pins": "[a] <c2: CTU(R := { [b] | [/d] [e] }, PV := 5, CV => level)> (q)",
+    "all pins of two rails": "<c: CTUD(CU := a, CD := { [b] }, R := d, LD := FALSE, PV := 3, QD => e, CV => total) in=_ out=_>",
+    "chosen pins": "[a] <c: CTUD(CU := b, PV := 3) in=CD out=QD> (q)",
+    "junctions at pins": "[a] @x [b] (q); [d] @y <c2: CTU(R := @x, PV := 3, CV => @v)> (k); <MOVE(IN := @v, OUT => level) in=_ out=_>",
+    "functions": "[a] <ADD(IN1 := level, IN2 := 7, OUT => total)> <GT(total, 10, OUT => @big)> (q); @big (k)",
+    "without power": "<MUL(IN1 := level, IN2 := level, OUT => total) in=_ out=_>",
+    "a function without EN feeds a coil": "<GE(IN1 := level, IN2 := 3, OUT => @x) in=_ out=_>; @x [a] (q)",
+    "blocks in a row": "[a] <t1: TON(PT := T#1s)> <t2: TON(PT := T#2s)> { (q) | [b] (S k) }",
+    "expressions": "[level + 1 > total AND NOT a] [bits.3] [/bits.4] [field[2] > 5] (q)",
+    "edges": "[P a] [N b] (P q); [d] { (N k) | (R u) | (/v) }",
+    "a bridge": "{ [a] @x [b] | [d] @y [e] } (q); @x [f] @y",
+    "not planar": "{ [a] @x [b] | [d] @y [e] | [f] @z [g] } (q); @x [k] @z; @z [u] @y; @x [v] @y",
+    "a loop": "[a] @in <t1: TON(PT := T#1s)> @out (q); @out [/b] @in",
+    "several paths": "[a] (q); [b] [d] (k); [e] >>RETURN",
+    "strings": "<CONCAT(IN1 := 'a$01<&>$'', IN2 := text, OUT => text)>",
+    "coils in a row": "[a] (q) [b] (k)",
+    "long names": f"[{'x' * 50}] <{'y' * 60}: TON(PT := T#1s)> ({'z' * 55})",
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_kind_of_drawing(case: str, tmp_path: Path) -> None:
+    more = f"{'x' * 50}, {'z' * 55} : BOOL; {'y' * 60} : TON;"
+    text = f'PROGRAM main VAR {BLOCKS} {more} END_VAR RUNG {CASES[case]} RUNG named "A title; <&> \x01" [a] (v) END_PROGRAM'
+    result, xml = round_trip(tmp_path, text)
+    drawn = read(without_text(xml))
+    assert rungs(drawn)[-1][:2] == ("named", "A title; <&> \ufffd" if "\x01" in xml else rungs(drawn)[-1][1])
+    same_behaviour(result, drawn, [v for v in "a b d e f g k u v q level total".split()])
+
+
+def rungs(result: Compiled) -> list[tuple[str | None, str | None, str]]:
+    return [(r.name, r.title, paths_text(r)) for r in result.project.files[0].pous[0].body.rungs]
+
+
+def same_behaviour(one: Compiled, other: Compiled, names: list[str], seed: int = 0) -> None:
+    machines, chosen = (Machine(one.program), Machine(other.program)), random.Random(seed)
+    for _ in range(20):
+        for name in names:
+            if chosen.random() < 0.4:
+                value = chosen.random() < 0.5
+                for machine in machines:
+                    machine.set(name, chosen_value(machine, name, value))
+        for machine in machines:
+            machine.scan()
+        left, right = ([machine.get(name) for name in names] for machine in machines)
+        assert left == right
+
+
+def chosen_value(machine: Machine, name: str, value: bool) -> object:
+    return value if isinstance(machine.get(name), bool) else 7 * value
+
+
+@given(st.lists(sp_rungs(max_leaves=16) | junction_rungs(), min_size=1, max_size=3), st.integers(0, 9))
+@settings(deadline=None, max_examples=40)
+def test_random_drawings(tmp_path_factory, drawn: list[ast.Rung], seed: int) -> None:
+    tmp_path = tmp_path_factory.mktemp("drawn")
+    text = program_text(drawn)
+    assume(compile_project(Sources((SourceFile("main.ld", text),), Settings(), None)).image is not None)
+    result, xml = round_trip(tmp_path, text)
+    same_behaviour(result, read(without_text(xml)), [f"a{i}" for i in range(6)] + [f"q{i}" for i in range(3)], seed)
+
+
+# ---- a drawing that was changed in another tool
+
+
+TWO = """PROGRAM main VAR a, b, d, q, w, v : BOOL; END_VAR
+RUNG first "One" [a] (q); [P b] (w)
+RUNG [P a] @net [b] (v); @net [d] (w)
+END_PROGRAM"""
+
+
+def test_what_was_not_touched_keeps_its_text(tmp_path: Path) -> None:
+    xml = round_trip(tmp_path, TWO)[1]
+    moved = xml.replace('y="40"', 'y="41"').replace('negated="false" ', "").replace("\n  ", "\n")
+    assert rungs(read(moved)) == rungs(read(xml)) == [
+        ("first", "One", "[a] (q); [P b] (w)"), (None, None, "[P a] @net [b] (v); @net [d] (w)")]
+
+
+@pytest.mark.parametrize("change", [
+    lambda xml: xml.replace("<variable>b</variable>", "<variable>d</variable>", 1),
+    lambda xml: xml.replace('edge="rising"', 'edge="falling"', 1),
+    lambda xml: xml.replace('<label localId', '<label localId="901" label="mine"><position x="0" y="0"/></label><label localId', 1),
+    lambda xml: xml.replace("</LD>", f"{COIL}</LD>", 1),
+])
+def test_what_was_drawn_anew_is_read_from_the_drawing(change, tmp_path: Path) -> None:
+    """An operand, an edge, a further label, a coil that hangs on a contact of a rung."""
+    xml = round_trip(tmp_path, TWO)[1]
+    found = rungs(read(change(xml)))
+    assert found != rungs(read(xml))
+    assert found == rungs(read(change(without_text(xml)))) or found[-1] == rungs(read(xml))[-1]
+
+
+COIL = ('<coil localId="900" executionOrderId="90"><position x="300" y="80"/><connectionPointIn><connection refLocalId="4"/>'
+        "</connectionPointIn><connectionPointOut/><variable>v</variable></coil>")
+
+
+# ---- text, declarations, configurations
+
+
+def test_statements_and_lists_keep_their_text_and_comments(tmp_path: Path) -> None:
+    statements = ("FUNCTION_BLOCK counter\nVAR_INPUT\n    up : BOOL;\nEND_VAR\nVAR_OUTPUT\n    n : INT;  // parts & <more>\nEND_VAR\n"
+                  "    (* count ]]> *)\n    IF up AND n < 5 THEN\n        n := n + 1;  // up\n    END_IF;\nEND_FUNCTION_BLOCK\n")
+    listed = "FUNCTION twice : INT\nVAR_INPUT\n    v : INT;\nEND_VAR\n    LD v  (* <&> *)\n    ADD v\n    ST twice\nEND_FUNCTION\n"
+    program = "PROGRAM main VAR c : counter; n : INT; a : BOOL; END_VAR RUNG [a] <c: counter(n => n) out=_> RUNG <twice(v := n, OUT => n)> END_PROGRAM"
+    paths = [written(tmp_path, statements, "c.st"), written(tmp_path, listed, "t.il"), written(tmp_path, program)]
+    xml = exported(tmp_path, *paths)
+    assert broken_rules(xml) == []
+    assert read(xml).image.digest == compile_paths(list(map(str, paths))).image.digest
+    for text in ("(* count ]]&gt; *)", "// up", "IF up AND n &lt; 5 THEN", "LD v  (* &lt;&amp;&gt; *)", "parts &amp; &lt;more&gt;"):
+        assert text in xml
+
+
+DECLARATIONS = """
+TYPE
+    Mode : (idle, busy := 5) := busy;
+    Percent : INT (0..100);
+    Small : USINT (1..10) := 3;
+    Point : STRUCT x, y : REAL := 1.0; END_STRUCT;
+    Grid : ARRAY [0..1, 1..3] OF Point;
+    Label : STRING[20] := 'a<b';
+END_TYPE
+VAR_GLOBAL CONSTANT size : INT := 3; END_VAR
+VAR_GLOBAL RETAIN total AT %MW4 : INT; END_VAR
+FUNCTION_BLOCK fb VAR_INPUT a : BOOL; END_VAR VAR_IN_OUT n : INT; END_VAR VAR_OUTPUT q : BOOL := TRUE; END_VAR
+RUNG [a] (q) RUNG <ADD(n, 1, OUT => n)> END_FUNCTION_BLOCK
+PROGRAM main
+VAR mode : Mode; p : Percent; grid : Grid; field : ARRAY [1..size] OF INT := [2(7), 1]; one : Point := (x := 2.0, y := 3.0);
+    when : TOD := TOD#12:00:00; day : DT; t : TON := (PT := T#3s); i : fb; q AT %QX0.0 : BOOL;
+    wide : WSTRING[5] := "x"; END_VAR
+VAR RETAIN kept : INT; END_VAR
+VAR_EXTERNAL total : INT; END_VAR
+VAR_TEMP quick : INT; END_VAR
+RUNG [mode = idle] <i: fb(n := total)> (q)
+END_PROGRAM
+"""
+
+
+def test_every_kind_of_declaration(tmp_path: Path) -> None:
+    round_trip(tmp_path, DECLARATIONS)
+
+
+PLANT = """
+CONFIGURATION plant
+    VAR_GLOBAL go : BOOL; END_VAR
+    RESOURCE cell ON slave1
+        VAR_GLOBAL ready : BOOL; END_VAR
+        TASK fast (INTERVAL := T#1500us, PRIORITY := 1);
+        TASK event (SINGLE := go, PRIORITY := 2);
+        TASK idle (PRIORITY := 9);
+        PROGRAM main WITH idle : main;
+        PROGRAM other WITH fast : main;
+        PROGRAM third WITH event : main;
+        PROGRAM free : main;
+    END_RESOURCE
+END_CONFIGURATION
+PROGRAM main VAR q : BOOL; END_VAR VAR_EXTERNAL go : BOOL; END_VAR RUNG [go] (q) END_PROGRAM
+"""
+
+
+def test_configurations_keep_processors_order_and_names(tmp_path: Path) -> None:
+    result, xml = round_trip(tmp_path, PLANT)
+    assert 'name="main_1" typeName="main"' in xml and 'interval="T#10ms"' in xml
+    assert read(xml).model.resources[0].processor == "slave1"
+    slower = read(xml.replace('interval="T#10ms"', 'interval="T#70ms"')).model.resources[0]
+    assert {t.name: t.interval for t in slower.tasks}["idle"] == 70_000_000  # changed in another tool
+    assert {t.name: t.interval for t in result.model.resources[0].tasks}["idle"] is None
+
+
+def test_tasks_and_safe_values_of_the_project_file(tmp_path: Path) -> None:
+    (tmp_path / "ldc.toml").write_text(
+        '[project]\nname = "p"\n[tasks.quick]\ninterval = "2ms"\npriority = 3\n[safe]\n"%QX0.0" = true\n"%QW2" = 7\n'
+        'level = 1.5\nname = "\'ab\'"\n', encoding="utf-8")
+    written(tmp_path, "VAR_GLOBAL level : REAL; name : STRING; END_VAR PROGRAM main VAR a : BOOL; q AT %QX0.0 : BOOL; END_VAR "
+                      "RUNG [a] (q) END_PROGRAM")
+    result = compile_paths([str(tmp_path)])
+    xml = exported(tmp_path, tmp_path)
+    again = read(xml)
+    assert again.image.digest == result.image.digest
+    assert again.model.safe == {"%QX0.0": True, "%QW2": 7, "level": 1.5, "name": "'ab'"}
+
+
+def test_what_is_wrong_is_not_exported(tmp_path: Path, capsys) -> None:
+    path = written(tmp_path, "PROGRAM main VAR a : BOOL; END_VAR RUNG [a] (b) END_PROGRAM")
+    assert main(["export", str(path), "--to", "plcopen", "-o", str(tmp_path / "plc.xml")]) == 1
+    assert "LD0404" in capsys.readouterr().err and not (tmp_path / "plc.xml").exists()
+
+
+def test_damaged_data_of_ours_is_not_looked_at(tmp_path: Path) -> None:
+    """Whatever stands in it, the drawing is read."""
+    xml = round_trip(tmp_path, TWO)[1]
+    for old, new in [('digest="', 'digest="0'), ("RUNG first", "RUNG ]["), ('elements="', 'elements="999 '),
+                     ('processor="', 'processor="1 2'), ("<rungs", "<other"), ('elements="', 'elements="" x="')]:
+        damaged = xml.replace(old, new).replace("</rungs", "</other" if new == "<other" else "</rungs")
+        assert [text for _, _, text in rungs(read(damaged))][0].startswith("[a] (q)")
