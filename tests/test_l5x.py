@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from ldc import pipeline
+from ldc.cli.main import main
 from runtime.vm.machine import Machine
 from tests import l5x_xml as xml
 
@@ -461,3 +462,23 @@ def test_an_export_of_a_routine_runs_it(tmp_path: Path) -> None:
                           + "</Routines></Program>", xml.tags("BOOL a q"))
     m = machine(tmp_path, text)
     assert trace(m, "q", scans("a", "01")) == [[0], [1]]
+
+
+def test_the_text_of_a_string_tag(tmp_path: Path) -> None:
+    text = xml.tag("s", "STRING").replace(
+        "></Tag>", "><Data Format=\"String\" Length=\"4\"><![CDATA['a$'b$0A']]></Data></Tag>")
+    assert machine(tmp_path, xml.one(["NOP();"], text)).get("s") == "a'b\n"
+
+
+def test_an_imported_project_does_the_same(tmp_path: Path) -> None:
+    """The tree as ladder text, read again."""
+    text = xml.one(["XIC(go)[TON(t,25,0),ONS(s.0)ADD(n,1,n)]Gain(g,i,n,log);",
+                    "MUL(i,2.5,i)FAL(c,3,0,ALL,log[c.POS],n);"],
+                   "BOOL go; TIMER t; DINT s n log[3]; INT i; CONTROL c; Gain g", addons=GAIN)
+    rows = [{"i": 3}, {"go": True}, {}, {"go": False}, {"go": True}]
+    watched = "t.ACC n i log[2] g.n c.DN"
+    wanted = trace(machine(tmp_path, text), watched, rows)
+    assert main(["import", str(tmp_path / "plant.L5X"), "-o", str(tmp_path / "out")]) == 0
+    result = pipeline.compile_paths([str(tmp_path / "out")])
+    assert result.program is not None, [f"{d.code} {d.message}" for d in result.diagnostics]
+    assert trace(Machine(result.program), watched, rows) == wanted and wanted[-1] != wanted[0]

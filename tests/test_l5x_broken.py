@@ -20,8 +20,9 @@ RICH = xml.one(
      "CPT(r,(i+1)*SIN(2.5)-b/3 AND 16#F)COP(log[0],log[1],2)FAL(c,3,0,ALL,log[c.POS],c.POS);", "LBL(x)MCR();",
      "LIM(1,i,5)MOV('a$'b',s)CONCAT(s,'x',s)JMP(x);"],
     "BOOL a q go; DINT b log[3]; INT i; REAL r; TIMER t; CONTROL c; Gain g[2]; STRING s",
-    xml.rll("S", ["SBR(b);", "XIC(S:FS)OTE(Local:1:O.Data.2);", "RET(b);"]) + xml.st("T", ["b := 1; IF a THEN b := 2; END_IF;"]),
-    addons=GAIN, types='<DataType Name="U"><Members><Member Name="m" DataType="DINT" Dimension="2"/></Members></DataType>')
+    xml.rll("S", ["SBR(b);", "XIC(S:FS)OTE(Local:1:O.Data.2);", "RET(b);"])
+    + xml.st("T", ["b := 1; IF a THEN b := 2; END_IF;"]), addons=GAIN,
+    types='<DataType Name="U"><Members><Member Name="m" DataType="DINT" Dimension="2"/></Members></DataType>')
 
 
 def read(text: str) -> list[str]:
@@ -51,8 +52,8 @@ def test_mutated(seed: int, count: int) -> None:
     chance, text = random.Random(seed), RICH
     for _ in range(count):
         at, size = chance.randrange(len(text)), chance.randrange(12)
-        piece = chance.choice(["", "(", ")", "[", "]", ",", ";", "?", "9999999999", "-", ".", "'", "DINT", "TIMER", "&amp;",
-                               "XIC", text[chance.randrange(len(text)) :][:size]])
+        piece = chance.choice(["", "(", ")", "[", "]", ",", ";", "?", "9999999999", "-", ".", "'", "DINT", "TIMER",
+                               "&amp;", "XIC", text[chance.randrange(len(text)) :][:size]])
         text = text[:at] + piece + text[at + size :]
     read(text)
 
@@ -66,21 +67,24 @@ def test_any_rung(text: str) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(some.lists(some.sampled_from(
-    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 .. : + EXIT "
-    "RETURN 2.5 [ ] . ABS".split()), max_size=25))
+    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 .. : + "
+    "EXIT RETURN 2.5 [ ] . ABS".split()), max_size=25))
 def test_any_statements(words: list[str]) -> None:
     read(xml.controller(xml.program("P", xml.rll("Main", ["JSR(S);"]) + xml.st("S", [" ".join(words)])),
                         xml.tags("BOOL a; DINT b")))
 
 
 WRONG = [
-    ("XIC()OTE(a);", "LD0150"), ("XIC(a)OTE(a)", ""), ("FOO(a);", "LD0151"), ("MSG(t);", "LD0151"), ("GSV(a,b);", "LD0151"),
-    ("XIC(nobody)OTE(a);", "LD0404"), ("TON(b,5,0);", "LD0150"), ("OTE(b.32);", "LD0150"), ("JMP(x);", "LD0150"),
-    ("LBL(x)OTE(a);LBL(x)OTE(c);", "LD0150"), ("JSR(Nobody);", "LD0150"), ("ADD(b,1,2);", "LD0150"), ("XIC(a;", "LD0150"),
-    ("XIC(a)]OTE(a);", "LD0150"), ("XIC(a)[OTE(a);", "LD0150"), ("MOV('abc,s);", "LD0150"), ("MOV(b+,b);", "LD0150"),
-    ("MOV(?,b);", "LD0150"), ("OTE(arr[9]);", "LD0408"), ("XIC(u.none)OTE(a);", "LD0406"), ("XIC(b)OTE(a);", "LD0401"),
-    ("TND()OTE(a);", "LD0151"), ("COP(b,u,1);", "LD0151"), ("RES(a);", "LD0150"), ("MOV(FOO(b),b);", "LD0151"),
-    ("FAL(ctl,1,0,9z,b,1);", "LD0150"), ("NOP();", "LD0152"), ("XIC(a);", "LD0152"), (";", ""), ("OTE(S:V);", "LD0151"),
+    ("XIC()OTE(a);", "LD0150"), ("XIC(a)OTE(a)", ""), ("FOO(a);", "LD0151"), ("MSG(t);", "LD0151"),
+    ("GSV(a,b);", "LD0151"), ("XIC(nobody)OTE(a);", "LD0404"), ("TON(b,5,0);", "LD0150"),
+    ("OTE(b.32);", "LD0150"), ("JMP(x);", "LD0150"), ("LBL(x)OTE(a);LBL(x)OTE(c);", "LD0150"),
+    ("JSR(Nobody);", "LD0150"), ("ADD(b,1,2);", "LD0150"), ("XIC(a;", "LD0150"),
+    ("XIC(a)]OTE(a);", "LD0150"), ("XIC(a)[OTE(a);", "LD0150"), ("MOV('abc,s);", "LD0150"),
+    ("MOV(b+,b);", "LD0150"), ("MOV(?,b);", "LD0150"), ("OTE(arr[9]);", "LD0408"),
+    ("XIC(u.none)OTE(a);", "LD0406"), ("XIC(b)OTE(a);", "LD0401"), ("TND()OTE(a);", "LD0151"),
+    ("COP(b,u,1);", "LD0151"), ("RES(a);", "LD0150"), ("MOV(FOO(b),b);", "LD0151"),
+    ("FAL(ctl,1,0,9z,b,1);", "LD0150"), ("NOP();", "LD0152"), ("XIC(a);", "LD0152"), (";", ""),
+    ("OTE(S:V);", "LD0151"),
     ("[" * 120 + "OTE(a)" + "]" * 120 + ";", "LD0153"), (f"MOV({'(' * 120}b{')' * 120},b);", "LD0150"),
     (f"MOV({'-' * 120}b,b);", "LD0153"), ("MOV(16#,b);", "LD0150"), ("MOV(1e999,b);", "LD0150"),
 ]
@@ -94,17 +98,21 @@ def test_what_is_wrong_is_told(rung: str, code: str) -> None:
     assert (found[:1] or [""])[0] == code, found
 
 
+def program(*rungs: str, own: str = "", **parts: str) -> str:
+    return xml.controller(xml.program("P", xml.rll("Main", rungs), own), **parts)
+
+
 FILES = [
     ("<Controller/>", "LD0150"),
-    (xml.ROOT + '<Controller Name="C"><Programs><Program Name="P" MainRoutineName="M"><Routines><Routine Name="M" '
-     'Type="FBD"/></Routines></Program></Programs></Controller></RSLogix5000Content>', "LD0151"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(x);"]), xml.tags("Nothing x"))), "LD0150"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(y);"]), xml.tags("Nothing x; BOOL y"))), "LD0152"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(y);"]), xml.tags("BOOL y; BOOL y"))), "LD0201"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(y);"]), xml.tag("y", "BOOL", "9999999999"))), "LD0150"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(y);"])) + xml.program("Q", xml.rll("Main", ["OTE(y);"]),
-                                                                              xml.tags("BOOL y"))), "LD0150"),
-    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(z);"])), '<Tag Name="z" TagType="Alias" AliasFor="z"/>'), "LD0150"),
+    (xml.controller('<Program Name="P" MainRoutineName="M"><Routines><Routine Name="M" Type="FBD"/></Routines>'
+                    "</Program>"), "LD0151"),
+    (program("OTE(x);", own=xml.tags("Nothing x")), "LD0150"),
+    (program("OTE(y);", own=xml.tags("Nothing x; BOOL y")), "LD0152"),
+    (program("OTE(y);", own=xml.tags("BOOL y; BOOL y")), "LD0201"),
+    (program("OTE(y);", own=xml.tag("y", "BOOL", "9999999999")), "LD0150"),
+    (xml.controller(xml.program("P", xml.rll("Main", ["OTE(y);"]))
+                    + xml.program("Q", xml.rll("Main", ["OTE(y);"]), xml.tags("BOOL y"))), "LD0150"),
+    (program("OTE(z);", own='<Tag Name="z" TagType="Alias" AliasFor="z"/>'), "LD0150"),
     (xml.one(["Gain(g,1);"], "Gain g", addons=GAIN), "LD0150"),
     (xml.one(["Gain(x,1,x,x);"], "DINT x", addons=GAIN), "LD0150"),
     (xml.one(["NOP();"], "", addons=xml.addon("TON", "", "")), "LD0150"),

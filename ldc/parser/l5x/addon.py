@@ -17,6 +17,7 @@ from ldc.parser.l5x import types
 from ldc.parser.l5x.neutral import Instruction
 from ldc.parser.l5x.routines import Routine, declare, routine_of, rungs_of
 from ldc.parser.l5x.scope import Scope, Tag
+from ldc.parser.l5x.starts import told
 from ldc.parser.l5x.structured import Statements
 from ldc.parser.l5x.types import BOOL, Member, Structure, Type
 from ldc.parser.l5x.values import Value, convert
@@ -85,7 +86,7 @@ class AddOn:
                 self.scope.tags[key] = Tag(name, foreign, type_, span, type_name, local=True)
             else:
                 name = names.name(foreign, span)
-                data = next((n for n in node.all("DefaultData") if n.get("Format") == "Decorated"), None)
+                data = told(node, "DefaultData")
                 self.data.members[key] = Member(name, type_, span, note, data)
                 self.scope.tags[key] = Tag(name, foreign, type_, span, type_name, of=SELF)
         if usage:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from ldc.parser.foreign import Names
 from ldc.parser.l5x import types
 from ldc.parser.l5x.scope import Scope, Tag
+from ldc.parser.l5x.starts import told
 from ldc.parser.l5x.types import ATOMS, Array, Member, Structure, Type
 from ldc.parser.l5x.writer import Context
-from ldc.parser.foreign import Names
 from ldc.parser.plcopen.document import Node
 
 _SUFFIX = {"InputTag": "I", "OutputTag": "O", "ConfigTag": "C"}
@@ -18,7 +19,7 @@ def declare(controller: Node, scope: Scope, context: Context) -> None:
     for module in (n for group in controller.all("Modules") for n in group.all("Module")):
         place = _place(module)
         for node in module.descendants(*_SUFFIX):
-            data = next((n for n in node.all("Data") if n.get("Format") == "Decorated"), None)
+            data = told(node)
             inner = data.find("Structure") if data is not None else None
             if inner is None:
                 continue

@@ -17,13 +17,17 @@ from ldc.parser.literals import literal as iec_literal
 from ldc.source import Span
 
 MAX_DEPTH = 100
-_TOKEN = re.compile(r"""\s*(?:
+BLANK = r"\s*+(?:(?:\(\*(?s:.*?)\*\)|/\*(?s:.*?)\*/|//[^\n]*|\#(?:end)?region[^\n]*)\s*+)*+"
+"""What stands between tokens: space, and in Structured Text comments."""
+_TOKEN = re.compile(BLANK + r"""(?:
     (?P<number>(?:2|8|16)\#[0-9A-Fa-f_]+ | (?:\d[\d_]*(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][+-]?\d+)?)
   | (?P<name>\\?[A-Za-z_]\w*(?::\w+)*)
   | (?P<string>'(?:[^'$]|\$.)*')
   | (?P<sign>\*\*|<=|>=|<>|:=|\S))""", re.VERBOSE)
 _STEP = re.compile(r"""\s*(?:\.(?P<bit>\d+)(?![\w.]) | \.(?P<name>[A-Za-z_]\w*) | (?P<indirect>\.\[)
                      | (?P<index>\[))""", re.VERBOSE)
+_CALLED = re.compile(r"\s*\(")
+_CONSTANT = re.compile(r"\s*(\d+)\s*\]")
 _WORDS = {"MOD": "MOD", "AND": "AND", "OR": "OR", "XOR": "XOR"}
 _RANK = {"OR": 1, "XOR": 2, "AND": 3, "&": 3, "=": 4, "<>": 4, "<": 4, ">": 4, "<=": 4, ">=": 4,
          "+": 5, "-": 5, "*": 6, "/": 6, "MOD": 6, "**": 7}
@@ -232,8 +236,7 @@ class Parser:
         if key in ("TRUE", "FALSE"):
             self.advance()
             return Value(boolean(key == "TRUE", span), BOOL, span)
-        after = self.source.text[self.end : self.text.end].lstrip()[:1]
-        if after == "(":
+        if _CALLED.match(self.source.text, self.end, self.text.end):
             self.advance()
             self.advance()
             argument = self.expression(0)
@@ -305,7 +308,7 @@ class Parser:
                 parts.append(step["name"])
                 self.at = step.end()
                 continue
-            constant = re.compile(r"\s*(\d+)\s*\]").match(text, step.end(), self.text.end)
+            constant = _CONSTANT.match(text, step.end(), self.text.end)
             if constant is None:
                 break
             parts.append(constant[1])

@@ -12,7 +12,7 @@ from ldc.parser.l5x import instructions, modules, tasks, types
 from ldc.parser.l5x.addon import AddOn
 from ldc.parser.l5x.routines import Program
 from ldc.parser.l5x.scope import Globals, Scope, Tag
-from ldc.parser.l5x.starts import initial
+from ldc.parser.l5x.starts import initial, told
 from ldc.parser.l5x.support import Support
 from ldc.parser.l5x.types import Member, Structure, Text, Type, Types
 from ldc.parser.l5x.writer import Context
@@ -187,7 +187,7 @@ class _Reader:
                 scope.tags.setdefault(key, Tag(foreign, foreign, None, span, alias=text))
                 self.reading.remark("mapped", foreign, f"another name for {text.text}", span)
                 continue
-            data = next((n for n in node.all("Data") if n.get("Format") == "Decorated"), None)
+            data = told(node)
             if data is None and any(n.get("Format") == "L5K" for n in node.all("Data")):
                 self.reading.left_out(span, f"the value of `{foreign}` at the start",
                                       "it is not exported in decorated form; the tag begins with 0")

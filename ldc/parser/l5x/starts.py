@@ -18,7 +18,14 @@ _NUMBER = re.compile(r"(?:(2|8|10|16)#)?([+-]?[0-9A-Fa-f_]+)\Z")
 _ESCAPE = re.compile(r"\$([0-9A-Fa-f]{2}|.)", re.DOTALL)
 _SIGNS = {"L": "\n", "N": "\r\n", "P": "\f", "R": "\r", "T": "\t"}
 _MAX = 1_000_000
+STRING_FORMAT = "String"
 # A structure is a dict by name in capitals, an array a dict by indexes; what is not in it is zero.
+
+
+def told(node: Node, *tags: str) -> Node | None:
+    """The data of a tag in a form that is read."""
+    found = node.all(*tags or ("Data",))
+    return next((n for n in found if n.get("Format") in ("Decorated", STRING_FORMAT)), None)
 
 
 def initial(tag: Tag, reading: Reading) -> ast.Initial | None:
@@ -102,8 +109,8 @@ def _put(type_: Type | None, value: object, way: tuple, number: object) -> objec
 
 def _read(type_: Type, node: Node, reading: Reading) -> object:
     """The value that an element tells: a Data, DataValue, Structure, Array or one of their parts."""
-    if node.tag in ("Data", "DefaultData") or not node.get("Value") and len(node.children) == 1 and (
-            node.tag == "Element"):
+    holder = node.tag in ("Data", "DefaultData") and node.get("Format") != STRING_FORMAT
+    if holder or node.tag == "Element" and not node.get("Value") and len(node.children) == 1:
         return _read(type_, node.children[0], reading) if node.children else None
     if isinstance(type_, Text):
         return _text(type_, node, reading)
@@ -152,6 +159,8 @@ def _scalar(type_: Atom, node: Node, reading: Reading) -> object:
 
 def _text(type_: Text, node: Node, reading: Reading) -> bytes:
     data = next((child for child in node.children if child.get("Name").upper() == "DATA"), None)
+    if node.get("Format") == STRING_FORMAT:
+        data = node
     length = next((child.number("Value", -1) for child in node.children
                    if child.get("Name").upper() == "LEN"), -1)
     if data is None:

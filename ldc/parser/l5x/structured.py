@@ -6,15 +6,16 @@ import re
 
 from ldc.parser import ast
 from ldc.parser import statements as st
-from ldc.parser.l5x.operands import BITS, Operands, Parser, Wrong
+from ldc.parser.l5x.operands import BITS, BLANK, Operands, Parser, Wrong
 from ldc.parser.l5x.types import DINT, Atom, is_real
 from ldc.parser.l5x.values import Value, convert
 from ldc.parser.plcopen.document import Node
-from ldc.source import SourceFile, Span
+from ldc.source import Span
 
 MAX_DEPTH = 100
-_COMMENT = re.compile(r"\(\*.*?\*\)|/\*.*?\*/|//[^\n]*|#(?:end)?region[^\n]*|'(?:[^'$\n]|\$.)*'", re.DOTALL)
-_WORD = re.compile(r"\s*([A-Za-z_]\w*|\[:=\]|:=|\.\.|\S)")
+_WORD = re.compile(BLANK + r"([A-Za-z_]\w*|\[:=\]|:=|\.\.|\S)")
+_CALL = re.compile(BLANK + r"[A-Za-z_]\w*\s*\(")
+_LABEL = re.compile(BLANK + r"-?[\w#]+\s*(?::(?!=)|,|\.\.)")
 _ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
 
 
@@ -32,8 +33,7 @@ class Statements:
 
     def read(self, text: Span) -> tuple[st.Statement, ...]:
         """The statements of a text; what is wrong is told, and reading goes on behind the next semicolon."""
-        source = SourceFile(text.source.path, _COMMENT.sub(_blank, text.source.text[: text.end]))
-        self.source, self.at, self.end, self.depth = source, text.start, text.end, 0
+        self.source, self.at, self.end, self.depth = text.source, text.start, text.end, 0
         found: list[st.Statement] = []
         while self.peek():
             found += self.block(())
@@ -101,9 +101,10 @@ class Statements:
                 self.reading.too_large(self.next(), MAX_DEPTH, "statements inside one another")
                 self.at = self.end
                 raise Wrong
-            head = self.next()
-            found = getattr(self, f"_{word.lower()}")(head)
-            self.depth -= 1
+            try:
+                found = getattr(self, f"_{word.lower()}")(self.next())
+            finally:
+                self.depth -= 1
             if self.peek() == ";":
                 self.next()
             return found
@@ -111,7 +112,7 @@ class Statements:
             span = self.next()
             self.expect(";")
             return st.Leave(word, span)
-        if re.match(r"\s*[A-Za-z_]\w*\s*\(", self.source.text[start : self.end]):
+        if _CALL.match(self.source.text, start, self.end):
             self.reading.unsupported(self.next(), f"instruction {word} in Structured Text",
                                      "call it in a ladder routine")
             raise Wrong
@@ -184,9 +185,8 @@ class Statements:
     def _choice(self) -> tuple[st.Statement, ...]:
         """Statements up to the next label: a number that is followed by ``:``, ``,`` or ``..``."""
         found = []
-        label = re.compile(r"\s*-?[\w#]+\s*(?::(?!=)|,|\.\.)")
         while (word := self.peek().upper()) and word not in ("ELSE", "END_CASE"):
-            if label.match(self.source.text, self.at, self.end):
+            if _LABEL.match(self.source.text, self.at, self.end):
                 break
             found += self.statements(word)
         return tuple(found)
@@ -225,7 +225,3 @@ class Statements:
         span = self.close("END_REPEAT", head)
         return st.Repeat(body, condition, head, Span(self.source, start, self.at), span)
 
-
-def _blank(match: re.Match) -> str:
-    """A comment as spaces; strings stay."""
-    return match[0] if match[0][0] == "'" else re.sub(r"[^\n]", " ", match[0])
