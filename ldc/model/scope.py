@@ -50,7 +50,8 @@ class Scope:
         self.body = whole if body is None else body
         rungs = self.body.rungs if isinstance(self.body, ast.LadderBody) else ()
         self.statements = isinstance(self.body, StatementBody | sfc.SfcBody)
-        self.flags = frozenset(chart_names.flags(whole)) if isinstance(whole, sfc.SfcBody) else frozenset()
+        self._chart = isinstance(whole, sfc.SfcBody)
+        self.flags = frozenset(chart_names.flags(whole)) if self._chart else frozenset()
         self.taken: list[Place] = []
         self._labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
 
@@ -110,7 +111,8 @@ class Scope:
         if self.model.incomplete or key in self.model.broken.get("", ()):
             return True
         own = self.model.broken.get(self.pou.upper(), ())
-        return key in own or "*" in own
+        # Parts of a chart declare variables too.
+        return key in own or "*" in own or self._chart and self.silent_labels
 
     def silent_pin(self, pou: str, key: str) -> bool:
         broken = self.model.broken.get(pou, ())

@@ -20,8 +20,6 @@ from ldc.source import Span
 STARTS = ("INITIAL_STEP", "STEP", "TRANSITION", "ACTION")
 ENDS = ("END_STEP", "END_TRANSITION", "END_ACTION")
 _BOUNDS = frozenset((*STARTS, *ENDS, *SECTIONS))
-_HEAD = 3
-"""Words of ``STEP name:``."""
 
 
 def read_chart(units: Units, first: int, end: int, span: Span, ladder: bool) -> tuple[sfc.SfcBody, set[str]]:
@@ -90,13 +88,16 @@ class _Reader:
     def _head(self, symbol: str):
         """``STEP name:`` or ``ACTION name:``, as far as it goes."""
         first = self.at
-        self.at += 1
-        stop = self._seek(":", ";", "RUNG")
-        stop = self.at = min(stop + (self._kind() == ":"), first + _HEAD)
-        return self.units.parse(symbol, first, stop, "heading of this part")
+        for word in (self._kind(), "NAME", ":"):
+            if self._kind() != word:
+                break
+            self.at += 1
+        head = self.units.parse(symbol, first, self.at, "heading")
+        self.at += head is None and self._kind() == ":"
+        return head
 
-    def _close(self, end: str, opening: int) -> Span:
-        """Take the END of a part; its whole span."""
+    def _close(self, end: str, opening: int, understood: bool) -> Span:
+        """Take the END of a part; its whole span. Of one that was not understood it is not missed."""
         last = self.at - 1
         if self._kind() == end:
             self.at += 1
@@ -105,7 +106,7 @@ class _Reader:
             self.at += 1
         elif self._misspelt(last, end):
             self.findings.wrong_end(last, end, opening)
-        else:
+        elif understood:
             shown = self.at < len(self.types)
             self.findings.missing_end(end, opening, self.at,
                                       self.findings.shown(self.at) if shown else "the end of the file")
@@ -123,6 +124,9 @@ class _Reader:
         associations: list[sfc.Association] = []
         while self.at < self.end and self._kind() not in _BOUNDS:
             first = self.at
+            if self._kind() == "RUNG":
+                self._stray()
+                continue
             stop = self._seek(";")
             if stop - first == 1 and self._kind() != ";" and self._misspelt(first, "END_STEP"):
                 break
@@ -130,7 +134,7 @@ class _Reader:
             found = self.units.parse("association", first, stop, "action of this step")
             if found is not None:
                 associations.append(found)
-        span = self._close("END_STEP", opening)
+        span = self._close("END_STEP", opening, head is not None)
         if head is not None:
             initial = head.word == "INITIAL_STEP"
             self.steps.append(sfc.Step(head.name, initial, tuple(associations), span, head.name_span))
@@ -150,7 +154,7 @@ class _Reader:
         elif self._kind() not in _BOUNDS and self._kind():
             first = self._seek_from()
             self.findings.unexpected(first, "END_TRANSITION", "a transition has one condition")
-        span = self._close("END_TRANSITION", opening)
+        span = self._close("END_TRANSITION", opening, head is not None)
         if head is not None:
             self.transitions.append(replace(head, condition=condition, span=span))
 
@@ -163,7 +167,7 @@ class _Reader:
         opening = self.at
         head = self._head("action_head")
         body = self._body("END_ACTION")
-        span = self._close("END_ACTION", opening)
+        span = self._close("END_ACTION", opening, head is not None)
         if head is not None:
             self.actions.append(sfc.Action(head.name, body, span, head.name_span))
 
