@@ -247,25 +247,25 @@ class _Writer:
     def _series(self, group: Group) -> list[ast.Item]:
         items: list[ast.Item] = []
         for part in group.parts:
-            items += self._part(part, part is group.parts[-1])
+            items += self._part(part)
         return items
 
-    def _part(self, part: Leaf | Group, last: bool) -> list[ast.Item]:
+    def _part(self, part: Leaf | Group) -> list[ast.Item]:
         if isinstance(part, Leaf):
             return self._leaf(part)
-        return self._parallel(part, last) if part.kind == PARALLEL else self._series(part)
+        return self._parallel(part) if part.kind == PARALLEL else self._series(part)
 
-    def _parallel(self, group: Group, last: bool) -> list[ast.Item]:
+    def _parallel(self, group: Group) -> list[ast.Item]:
         """Branches. One that only computes adds no power beside others; behind a branch that ends the rung,
         power is what it was before."""
         ends = any(_words(part) & END_OF_RUNG for part in group.parts)
         paths = []
         for part in group.parts:
-            items = self._part(part, True)
+            items = self._part(part)
             if not ends and _words(part) <= STAY_SAME and len(group.parts) > 1:
                 items += fragments.items("[FALSE]", part.span)
             paths.append(fragments.path(items or fragments.items("[TRUE]", part.span), part.span))
-        if ends and not last:
+        if ends:
             paths.append(fragments.path(fragments.items("[TRUE]", group.span), group.span))
         return [ast.Branches(tuple(paths), group.span)] if paths else []
 
