@@ -52,8 +52,8 @@ def test_mutated(seed: int, count: int) -> None:
     chance, text = random.Random(seed), RICH
     for _ in range(count):
         at, size = chance.randrange(len(text)), chance.randrange(12)
-        piece = chance.choice(["", "(", ")", "[", "]", ",", ";", "?", "9999999999", "-", ".", "'", "DINT", "TIMER",
-                               "&amp;", "XIC", text[chance.randrange(len(text)) :][:size]])
+        piece = chance.choice(["", "(", ")", "[", "]", ",", ";", "?", "9999999999", "-", ".", "'", "DINT",
+                               "TIMER", "&amp;", "XIC", text[chance.randrange(len(text)) :][:size]])
         text = text[:at] + piece + text[at + size :]
     read(text)
 
@@ -67,8 +67,8 @@ def test_any_rung(text: str) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(some.lists(some.sampled_from(
-    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 .. : + "
-    "EXIT RETURN 2.5 [ ] . ABS".split()), max_size=25))
+    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 .. "
+    ": + EXIT RETURN 2.5 [ ] . ABS".split()), max_size=25))
 def test_any_statements(words: list[str]) -> None:
     read(xml.controller(xml.program("P", xml.rll("Main", ["JSR(S);"]) + xml.st("S", [" ".join(words)])),
                         xml.tags("BOOL a; DINT b")))
@@ -104,8 +104,8 @@ def program(*rungs: str, own: str = "", **parts: str) -> str:
 
 FILES = [
     ("<Controller/>", "LD0150"),
-    (xml.controller('<Program Name="P" MainRoutineName="M"><Routines><Routine Name="M" Type="FBD"/></Routines>'
-                    "</Program>"), "LD0151"),
+    (xml.controller('<Program Name="P" MainRoutineName="M"><Routines><Routine Name="M" Type="FBD"/>'
+                    "</Routines></Program>"), "LD0151"),
     (program("OTE(x);", own=xml.tags("Nothing x")), "LD0150"),
     (program("OTE(y);", own=xml.tags("Nothing x; BOOL y")), "LD0152"),
     (program("OTE(y);", own=xml.tags("BOOL y; BOOL y")), "LD0201"),
