@@ -10,12 +10,14 @@ import hashlib
 import os
 import secrets
 import subprocess
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.backends.c.emit import HEADER, BuildPlan, File
 from ldc.components import toolchain
+from ldc.components.toolchain import Tool
 from ldc.diagnostics import Diagnostics
 
 FLAGS = ("-std=c11", "-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
@@ -49,9 +51,10 @@ class Compiler:
     identity: str
 
 
-def find_compiler(diagnostics: Diagnostics) -> Compiler | None:
-    """gcc, or what LDC_CC names; None, with a finding that tells what to install, when it is not there."""
-    path = toolchain.find(toolchain.GCC, diagnostics)
+def find_compiler(diagnostics: Diagnostics, tool: Tool = toolchain.GCC) -> Compiler | None:
+    """gcc, or what LDC_CC names; None, with a finding that tells what to install, when it is not there.
+    ``tool``: another one."""
+    path = toolchain.find(tool, diagnostics)
     if path is None:
         return None
     try:
@@ -72,28 +75,39 @@ def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache
     """The shared object of a plan, in ``folder`` (None: in the cache). Raises CompilerFailed, and OSError when
     a folder cannot be written."""
     cache = cache_folder() if cache is None else cache
-    cache.mkdir(parents=True, exist_ok=True)
-    objects = {file: cache / f"{_name(file.digest, compiler)}.o" for file in plan.files}
-    missing = [file for file, path in objects.items() if not _touched(path)]
     target = (cache if folder is None else folder) / f"program-{_name(plan.digest, compiler)[:16]}.so"
+    objects, missing = compiled(plan.files, {HEADER: plan.header}, plan.flags, compiler, cache)
     if not missing and target.exists():
         return Artifact(target, plan, ())
-    if missing:
-        header = cache / f"include-{hashlib.sha256(plan.header.encode()).hexdigest()[:16]}"
-        _write(header / HEADER, plan.header.encode())
-        # The longest first, so that no processor waits for the last one alone.
-        missing.sort(key=lambda file: -len(file.text))
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(lambda file: _compile(compiler, plan, file, header, objects[file]), missing))
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = _partial(target)
     try:
-        _run([compiler.path, *_sanitizers(plan), "-shared", "-o", str(partial), *map(str, objects.values()), "-lm"])
+        run([compiler.path, *_sanitizers(plan), "-shared", "-o", str(partial), *map(str, objects), "-lm"])
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
     _prune(cache)
-    return Artifact(target, plan, tuple(file.name for file in missing))
+    return Artifact(target, plan, missing)
+
+
+def compiled(files: Sequence[File], headers: Mapping[str, str], flags: Sequence[str], compiler: Compiler,
+             cache: Path) -> tuple[list[Path], tuple[str, ...]]:
+    """The objects of files in their order, and the names of those that the compiler ran for. ``headers``: what
+    they include, by name; the digests of files cover it. Raises CompilerFailed, and OSError when the cache cannot
+    be written."""
+    cache.mkdir(parents=True, exist_ok=True)
+    objects = {file: cache / f"{_name(file.digest, compiler)}.o" for file in files}
+    missing = [file for file, path in objects.items() if not _touched(path)]
+    if missing:
+        whole = "\0".join(text for pair in headers.items() for text in pair)
+        folder = cache / f"include-{hashlib.sha256(whole.encode()).hexdigest()[:16]}"
+        for name, text in headers.items():
+            _write(folder / name, text.encode())
+        # The longest first, so that no processor waits for the last one alone.
+        missing.sort(key=lambda file: -len(file.text))
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            list(pool.map(lambda file: _compile(compiler, flags, file, folder, objects[file]), missing))
+    return list(objects.values()), tuple(file.name for file in missing)
 
 
 def _name(digest: str, compiler: Compiler) -> str:
@@ -109,17 +123,17 @@ def _touched(path: Path) -> bool:
     return True
 
 
-def _compile(compiler: Compiler, plan: BuildPlan, file: File, header: Path, target: Path) -> None:
+def _compile(compiler: Compiler, flags: Sequence[str], file: File, headers: Path, target: Path) -> None:
     partial = _partial(target)
     try:
-        _run([compiler.path, *plan.flags, "-I", str(header), "-x", "c", "-c", "-o", str(partial), "-"],
-             file.text)
+        run([compiler.path, *flags, "-I", str(headers), "-x", "c", "-c", "-o", str(partial), "-"], file.text)
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
 
 
-def _run(command: list[str], text: str = "") -> None:
+def run(command: Sequence[str], text: str = "") -> None:
+    """A compiler or linker on ``text``. Raises CompilerFailed."""
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False, errors="replace")
     if done.returncode:
         raise CompilerFailed(os.path.basename(command[0]), done.stderr)
