@@ -1,5 +1,5 @@
-"""What TC6 XML 2.01 demands of the elements that an export may hold: children in order, attributes that must be
-there (facts of the published schema, in a table of our own), ids, wires and places."""
+"""What TC6 XML 2.01 demands of the elements that an export may hold: children in order, attributes that must
+be there (facts of the published schema, in a table of our own), ids, wires and places."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ def broken_rules(xml: str) -> list[str]:
     found: list[str] = []
     root = ElementTree.fromstring(xml)
     pins = {id(pin) for block in root.iter(f"{NAMESPACE}block") for group in block for pin in group}
-    texts = {id(node.find(f"{NAMESPACE}variable")) for tag in ("contact", "coil") for node in root.iter(NAMESPACE + tag)}
+    texts = {id(node.find(f"{NAMESPACE}variable"))
+             for tag in ("contact", "coil") for node in root.iter(NAMESPACE + tag)}
     work = [root]
     while work:
         node = work.pop()
@@ -80,9 +81,8 @@ def broken_rules(xml: str) -> list[str]:
 
 def _node(node: ElementTree.Element, tag: str) -> list[str]:
     children, attributes = RULES[tag]
-    pattern = "".join({"!": f"(?:{w[:-1]};)", "*": f"(?:{w[:-1]};)*"}.get(w[-1], f"(?:{w};)?") for w in children.split())
-    if tag in ("pou",):
-        pattern = pattern.replace("(?:interface;)?", "(?:interface;)")
+    pattern = "".join({"!": f"(?:{word[:-1]};)", "*": f"(?:{word[:-1]};)*"}.get(word[-1], f"(?:{word};)?")
+                      for word in children.split())
     said = "".join(f"{child.tag.removeprefix(NAMESPACE)};" for child in node)
     found = [] if re.fullmatch(pattern, said) else [f"<{tag}> holds {said}"]
     return found + [f"<{tag}> has no {name}" for name in attributes.split() if name not in node.attrib]
@@ -101,7 +101,7 @@ def _wires(body: ElementTree.Element) -> list[str]:
                 if path[0] != (x + float(rel.get("x")), y + float(rel.get("y"))):
                     found.append(f"a wire of {node.get('localId')} does not begin at its input")
                 if (wire.get("refLocalId"), path[-1]) not in ends:
-                    found.append(f"a wire of {node.get('localId')} does not end at an output of {wire.get('refLocalId')}")
+                    found.append(f"a wire of {node.get('localId')} does not end at {wire.get('refLocalId')}")
                 if any(a[0] != b[0] and a[1] != b[1] for a, b in zip(path, path[1:])):
                     found.append(f"a wire of {node.get('localId')} is oblique")
     return found

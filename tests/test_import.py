@@ -30,7 +30,8 @@ from ldc.source import SourceFile
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = ROOT.parent / "shared" / "corpus"
 DRAWN = ladder(
-    "a b q : BOOL; t : TON", rail(), contact(2, "a"), value(3, "T#2s"), block(4, "TON", {"IN": 2, "PT": 3}, ("Q", "ET"), "t"),
+    "a b q : BOOL; t : TON", rail(), contact(2, "a"), value(3, "T#2s"),
+    block(4, "TON", {"IN": 2, "PT": 3}, ("Q", "ET"), "t"),
     contact(5, "b", "4.Q"), coil(6, "q", 5), right(7, 6))
 
 
@@ -56,7 +57,8 @@ def test_the_text_of_a_tree_gives_the_tree(text: str) -> None:
     assert rewritten(again, "again.ld").source.text == again.source.text
 
 
-@given(st.lists(sp_rungs(max_leaves=30) | junction_rungs(), min_size=1, max_size=3), st.lists(expressions(), max_size=2))
+@given(st.lists(sp_rungs(max_leaves=30) | junction_rungs(), min_size=1, max_size=3),
+       st.lists(expressions(), max_size=2))
 @settings(deadline=None, max_examples=60)
 def test_random_ladders_as_text(drawn: list[ast.Rung], contacts: list[ast.Expr]) -> None:
     extra = "".join(f"[{expr_text(e)}] " for e in contacts)
@@ -86,8 +88,9 @@ def test_random_charts_as_text(chart: Chart) -> None:
 def test_notes_become_comments_in_one_line() -> None:
     found = parsed("PROGRAM p VAR a, b : INT; END_VAR END_PROGRAM").pous[0]
     section = found.var_blocks[0]
-    noted = dataclasses.replace(section, variables=tuple(
-        dataclasses.replace(v, note=note) for v, note in zip(section.variables, ("two\n lines *)", None), strict=True)))
+    notes = ("two\n lines *)", None)
+    variables = (dataclasses.replace(v, note=note) for v, note in zip(section.variables, notes, strict=True))
+    noted = dataclasses.replace(section, variables=tuple(variables))
     again = written([dataclasses.replace(found, var_blocks=(noted,))], "p.ld", Diagnostics())
     assert "    a  : INT;  // two lines *)\n    b  : INT;\n" in again.source.text
 
@@ -125,12 +128,13 @@ MANY = project(
     pou("<LD>" + rail() + contact(2, "a") + coil(3, "q", 2) + "</LD>", "a q : BOOL", "zeta"),
     pou("<ST><p>a := NOT a; (* turn *)</p></ST>", "a : BOOL", "alpha"),
     pou("<IL><p>LD a\nSTN a</p></IL>", "a : BOOL", "types"),
-    types='<dataType name="Mode"><baseType><enum><values><value name="idle"/><value name="busy"/></values></enum>'
-          "</baseType></dataType>",
-    instances='<configurations><configuration name="c"><resource name="r"><task name="t" priority="1" '
-              'interval="T#20ms"><pouInstance name="one" typeName="zeta"/><pouInstance name="two" typeName="alpha"/>'
-              '<pouInstance name="three" typeName="types"/></task><globalVars><variable name="g"><type><BOOL/></type>'
-              "</variable></globalVars></resource></configuration></configurations>")
+    types='<dataType name="Mode"><baseType><enum><values><value name="idle"/><value name="busy"/></values>'
+          "</enum></baseType></dataType>",
+    instances='<configurations><configuration name="c"><resource name="r">'
+              '<task name="t" priority="1" interval="T#20ms"><pouInstance name="one" typeName="zeta"/>'
+              '<pouInstance name="two" typeName="alpha"/><pouInstance name="three" typeName="types"/></task>'
+              '<globalVars><variable name="g"><type><BOOL/></type></variable></globalVars>'
+              "</resource></configuration></configurations>")
 
 
 def test_every_language_gets_its_file_and_the_order_of_programs_stays(tmp_path: Path) -> None:
@@ -151,7 +155,8 @@ def test_errors_refuse_unless_the_rest_is_wanted(tmp_path: Path, capsys) -> None
     status, folder = imported(tmp_path, broken, "--keep-going")
     assert status == 1
     assert "[nowhere] (q)" in (folder / "src" / "zeta.ld").read_text(encoding="utf-8")
-    assert re.search(r"\| plc.xml:\d+ \| error LD0404 \|", (folder / "import-report.md").read_text(encoding="utf-8"))
+    report = (folder / "import-report.md").read_text(encoding="utf-8")
+    assert re.search(r"\| plc.xml:\d+ \| error LD0404 \|", report)
 
 
 def test_a_name_that_no_text_can_hold_is_told(tmp_path: Path, capsys) -> None:

@@ -1,4 +1,4 @@
-"""Braces in the text of PLCopen drawings: where they stand, and that the rung does what it did with junctions."""
+"""Braces in the text of PLCopen drawings: where they stand, and that the rung does what junctions say."""
 
 from __future__ import annotations
 
@@ -20,21 +20,23 @@ DECLARED = " ".join(NAMES) + " : BOOL; i j : INT; " + " ".join(f"c{i}" for i in 
 
 
 def text(*elements: str) -> list[str]:
-    rungs = built(ladder("a b c d q w : BOOL; i : INT; n : CTU", rail(), *elements)).project.files[0].pous[0].body.rungs
-    return [paths_text(rung) for rung in rungs]
+    result = built(ladder("a b c d q w : BOOL; i : INT; n : CTU", rail(), *elements))
+    return [paths_text(rung) for rung in result.project.files[0].pous[0].body.rungs]
 
 
 CASES = {
-    "{ [a] | [b] [c] } [d] (q)": (contact(2, "a"), contact(3, "b", at=(20, 30)), contact(4, "c", 3, at=(40, 30)),
-                                 contact(5, "d", (2, 4), at=(60, 10)), coil(6, "q", 5)),
+    "{ [a] | [b] [c] } [d] (q)": (contact(2, "a"), contact(3, "b", at=(20, 30)),
+                                 contact(4, "c", 3, at=(40, 30)), contact(5, "d", (2, 4), at=(60, 10)),
+                                 coil(6, "q", 5)),
     "[a] { (q) | [b] (S w) }": (contact(2, "a"), coil(3, "q", 2), contact(4, "b", 2, at=(40, 40)),
                                coil(5, "w", 4, at=(60, 40), storage="set")),
     "{ { [a] | [b] } [c] | [d] } (q)": (
         contact(2, "a"), contact(3, "b", at=(30, 30)), contact(4, "c", (2, 3), at=(50, 10)),
         contact(5, "d", at=(30, 60)), coil(6, "q", (4, 5), at=(90, 10))),
     "[a] <n: CTU(R := { [b] | [c] [d] }, PV := 3)> (q)": (
-        contact(2, "a"), contact(3, "b", at=(30, 30)), contact(4, "c", at=(30, 50)), contact(5, "d", 4, at=(40, 50)),
-        value(9, "3"), block(6, "CTU", {"CU": 2, "R": (3, 5), "PV": 9}, ("Q", "CV"), "n", at=(90, 10)),
+        contact(2, "a"), contact(3, "b", at=(30, 30)), contact(4, "c", at=(30, 50)),
+        contact(5, "d", 4, at=(40, 50)), value(9, "3"),
+        block(6, "CTU", {"CU": 2, "R": (3, 5), "PV": 9}, ("Q", "CV"), "n", at=(90, 10)),
         coil(7, "q", "6.Q", at=(120, 10))),
     "[a] @n1 [c] @n2; [b] @n2 (q); @n1 (w)": (
         contact(2, "a"), contact(3, "c", 2), contact(4, "b", at=(30, 30)), coil(5, "q", (3, 4), at=(90, 10)),
@@ -54,7 +56,7 @@ def test_braces_stand_where_a_person_would_write_them(wanted: str) -> None:
 
 @st.composite
 def drawings(draw) -> str:
-    """Contacts, coils and counters, each fed by any that are drawn before; variables are read and written often."""
+    """Contacts, coils and counters, each fed by any that are before; few variables, read and written."""
     elements, sources = [rail()], [1]
     for id_ in range(2, draw(st.integers(4, 22))):
         feed = tuple(draw(st.lists(st.sampled_from(sources[-5:]), min_size=1, max_size=3, unique=True)))
@@ -66,7 +68,8 @@ def drawings(draw) -> str:
             more |= draw(st.sampled_from([{}, {}, {"negated": "true"}, {"edge": "rising"}]))
             elements.append(contact(id_, name, feed, at, **more))
         elif kind == "coil":
-            more |= draw(st.sampled_from([{}, {}, {"storage": "set"}, {"storage": "reset"}, {"edge": "falling"}]))
+            kinds = [{}, {}, {"storage": "set"}, {"storage": "reset"}, {"edge": "falling"}]
+            more |= draw(st.sampled_from(kinds))
             elements.append(coil(id_, name, feed, at, **more))
         else:
             reset = tuple(draw(st.lists(st.sampled_from(sources), max_size=2, unique=True))) or None
@@ -107,7 +110,8 @@ def steps(kind: str, count: int) -> list[paths.Step]:
                  for pair in ((f"s{2 * n}" if n else "", f"s{2 * n + 2}"), ("", f"s{2 * n + 2}"))],
         "fan": [("", f"s{count}")] + [(f"s{count}", None)] * count,
     }[kind]
-    found = [paths.Step((n,), last if tail is None else item, *(head, tail)) for n, (head, tail) in enumerate(made)]
+    found = [paths.Step((number,), last if tail is None else item, head, tail)
+             for number, (head, tail) in enumerate(made)]
     return [*found, paths.Step((len(found),), last, f"s{count}", None)]
 
 

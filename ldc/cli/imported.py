@@ -67,8 +67,8 @@ def project_file(name: str, files: Sequence[ast.File], texts: dict[str, ast.File
     run in that order."""
     paths = [path for path, file in texts.items() if file.pous]
     listed = "" if paths == sorted(paths) else "".join(f'    "{path}",\n' for path in paths)
-    values = "".join(f"{json.dumps(path)} = {json.dumps(value)}\n" for file in files for path, value in file.safe)
-    safe = f"\n[safe]\n{values}" if values else ""
+    kept = [f"{json.dumps(path)} = {json.dumps(value)}\n" for file in files for path, value in file.safe]
+    safe = f"\n[safe]\n{''.join(kept)}" if kept else ""
     found = f'[\n{listed}    "src/*",\n]' if listed else '["src/*"]'
     return f'[project]\nname = "{project_name(name)}"\nsources = {found}\n{safe}'
 
@@ -82,18 +82,21 @@ def readme(name: str, files: Sequence[ast.File], texts: dict[str, ast.File]) -> 
     ladder = next((path for path in texts if path.endswith(".ld")), None)
     came = ", ".join(f"`{_name(file.source)}` ({_format(file)})" for file in files)
     draw = f"    ldc draw {ladder}\n" if ladder else ""
-    return (f"# {project_name(name)}\n\nImported from {came}. `import-report.md` tells what became of everything.\n\n"
+    return (f"# {project_name(name)}\n\nImported from {came}. "
+            "`import-report.md` tells what became of everything.\n\n"
             f"    ldc check .\n{draw}    ldc run . --scans 20\n    ldc fmt . --check\n")
 
 
-def report(files: Sequence[ast.File], texts: dict[str, ast.File], found: Iterable[Diagnostic], proof: str) -> str:
+def report(
+    files: Sequence[ast.File], texts: dict[str, ast.File], found: Iterable[Diagnostic], proof: str
+) -> str:
     """`import-report.md`. `proof`: what is known about the project and its source."""
     lines = ["# Import report", "", *_table(("source", "format", "POUs", "rungs", "types", "variables"),
                                             map(_counts, files)), "", proof, ""]
     rows = [(f"{pou.kind} {pou.name}", _content(pou), f"`{path}`")
             for path, file in texts.items() for pou in file.pous]
     rows += [(f"TYPE {type_.name}", "", f"`{path}`") for path, file in texts.items() for type_ in file.types]
-    rows += [(f"CONFIGURATION {c.name}", plural(len([t for r in c.resources for t in r.tasks]), "task"), f"`{path}`")
+    rows += [(f"CONFIGURATION {c.name}", plural(sum(len(r.tasks) for r in c.resources), "task"), f"`{path}`")
              for path, file in texts.items() for c in file.configurations]
     lines += ["## What is where", "", *_table(("part", "content", "file"), rows), ""]
     for kind, title in _KINDS.items():

@@ -1,8 +1,9 @@
 """The image: a compiled project as canonical bytes with a digest (DESIGN section 4).
 
 msgpack of two parts. ``core`` is what runs: types, globals, units with their code, tasks, safe values,
-symbols with their places and the layout hash; its SHA-256 is the digest. ``notes`` is what people want to know about it: the
-project's name, sources, titles, verdicts of the self-check, and which element each instruction comes from.
+symbols with their places and the layout hash; its SHA-256 is the digest. ``notes`` is what people want to
+know about it: the project's name, sources, titles, verdicts of the self-check, and which element each
+instruction comes from.
 """
 
 from __future__ import annotations

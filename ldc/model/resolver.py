@@ -56,7 +56,7 @@ class _Resolver:
             for pou in file.pous:
                 if self._claim(pou.name, pou.name_span, "POU"):
                     self._pous[pou.name.upper()] = pou
-        self._safe = {path: value for file in project.files for path, value in file.safe} | dict(settings.safe)
+        self._safe = dict(value for file in project.files for value in file.safe) | dict(settings.safe)
         self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
         self.incomplete |= any(file.incomplete and not file.pous for file in project.files)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}

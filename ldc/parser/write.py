@@ -45,7 +45,7 @@ def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.F
 
 
 def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
-    """Whether a text file can hold the POU: actions and transitions of a chart are rungs or statements there."""
+    """Whether a text file can hold the POU: a chart has rungs or statements inside of it there."""
     inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else ()
     listed = next((body for body in inside if isinstance(body, ast.TextBody)), None)
     if listed is not None:

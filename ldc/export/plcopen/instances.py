@@ -21,7 +21,9 @@ _Originals = dict[str, tuple[str, str]]
 """By attribute, what was written and what the project says."""
 
 
-def configuration(parent: Element, files: Sequence[ast.File], model: Model, period: int, notes: Notes) -> None:
+def configuration(
+    parent: Element, files: Sequence[ast.File], model: Model, period: int, notes: Notes
+) -> None:
     """What runs where. ``period``: nanoseconds between two scans, for tasks that run in every scan."""
     written = [c for file in files for c in file.configurations][:1]
     taken = {name.upper() for name in (*model.pous, *model.globals, *model.types)}

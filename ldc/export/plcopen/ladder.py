@@ -25,7 +25,7 @@ _LABEL_HEIGHT, _ABOVE = 20, 60
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """An output: of an element (its pin, or ""), with the place where its wire begins and its net's column."""
+    """An output: of an element (its pin, or ""), where its wire begins, and the column of its net."""
 
     id: int
     pin: str
@@ -159,14 +159,16 @@ class _Rung:
                 tag, attributes = "return", {}
         else:
             attributes = {"negated": "true" if item.modifier == "/" else "false",
-                          "edge": _EDGE.get(item.modifier, "none"), "storage": _STORAGE.get(item.modifier, "none")}
+                          "edge": _EDGE.get(item.modifier, "none"),
+                          "storage": _STORAGE.get(item.modifier, "none")}
         made = self._element(tag, box.x, self.y + box.y, box.width, box.height, self.element_ids[index],
                              self.body.turn(), **attributes)
         self._input(made, self.graph.heads[index], box, box.wire, box.head_x)
         if not isinstance(item, ast.Jump):
             point = add(made, "connectionPointOut")
             add(point, "relPosition", x=number(box.width), y=number(HALF))
-            add(made, "variable", code(expr_text(item.expr if isinstance(item, ast.Contact) else item.target)))
+            operand = item.expr if isinstance(item, ast.Contact) else item.target
+            add(made, "variable", code(expr_text(operand)))
 
     # ---- wires
 
@@ -183,7 +185,8 @@ class _Rung:
         rows = self._rows(item, element)[1]
         for pin in element.outputs:
             if isinstance(pin.target, int):
-                source = Source(id_, pin.pin, box.right, self.y + box.wire + rows[pin.pin.upper()], box.right + GAP)
+                y = self.y + box.wire + rows[pin.pin.upper()]
+                source = Source(id_, pin.pin, box.right, y, box.right + GAP)
                 self.feeds.setdefault(pin.target, []).append(source)
 
     def _input(self, parent: Element, net: int | None, box: Box, line: int, column: int) -> Element:
@@ -219,7 +222,8 @@ class _Rung:
         values = self._values(item, element, texts)
         made = self._element("block", box.x, self.y + box.y, box.width, box.height, self.element_ids[index],
                              self.body.turn(), typeName=item.type, instanceName=instance)
-        inputs, both, outputs = (add(made, tag) for tag in ("inputVariables", "inOutVariables", "outputVariables"))
+        groups = ("inputVariables", "inOutVariables", "outputVariables")
+        inputs, both, outputs = (add(made, group) for group in groups)
         given = {pin.pin: pin for pin in element.inputs}
         left, right = self._rows(item, element)
         in_outs = {parameter.name for parameter in element.signature.in_outs}
@@ -262,7 +266,8 @@ class _Rung:
             if isinstance(pin.target, int) or pin.pin in both:
                 continue
             text, y = texts[pin.pin], self.y + box.wire + rows[pin.pin.upper()]
-            made = self._element("outVariable", box.right + GAP, y - LINE // 2 + 2, value_width(text), LINE - 4,
+            width = value_width(text)
+            made = self._element("outVariable", box.right + GAP, y - LINE // 2 + 2, width, LINE - 4,
                                  turn=self.body.turn(), negated="false")
             point = add(made, "connectionPointIn")
             add(point, "relPosition", x="0", y=number(LINE // 2 - 2))
@@ -318,8 +323,8 @@ def _wire(point: Element, to: tuple[int, int], column: int, source: Source) -> N
     made = add(point, "connection", refLocalId=source.id, formalParameter=source.pin or None)
     path = [to]
     if source.y != to[1]:
-        x = column if source.x < column < to[0] else source.column if source.x < source.column < to[0] else (
-            (source.x + to[0]) // 2)
+        columns = (column, source.column, (source.x + to[0]) // 2)
+        x = next((x for x in columns if source.x < x < to[0]), columns[-1])
         path += [(x, to[1]), (x, source.y)]
     for x, y in (*path, (source.x, source.y)):
         add(made, "position", x=number(x), y=number(y))

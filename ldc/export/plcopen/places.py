@@ -59,7 +59,8 @@ def places(rung: ast.Rung, pins_of: Callable[[ast.Block], BlockPins | None]) -> 
     at = [RAIL_WIDTH + GAP]
     for need in needs:
         at.append(at[-1] + need + GAP)
-    boxes = {id(f.node): _box(f, found, at, needs) for f in found.figures if not isinstance(f.node, ast.Junction)}
+    drawn = (figure for figure in found.figures if not isinstance(figure.node, ast.Junction))
+    boxes = {id(figure.node): _box(figure, found, at, needs) for figure in drawn}
     return Places(boxes, at[-1], found.lines * LINE)
 
 
@@ -67,8 +68,7 @@ def _widths(figure: Figure) -> tuple[int, int, int]:
     """Room left of the figure, its own width, room right of it."""
     node = figure.node
     if isinstance(node, ast.Block):
-        own = max(figure.box * CHARACTER, 60)
-        return (*(_beside(node, output) for output in (False,)), own, _beside(node, True))
+        return _beside(node, False), max(figure.box * CHARACTER, 60), _beside(node, True)
     if isinstance(node, ast.Jump):
         return 0, text_width(node.target) * CHARACTER + GAP, 0
     if isinstance(node, ast.Contact | ast.Coil):

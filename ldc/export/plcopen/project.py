@@ -32,7 +32,8 @@ def export(files: Sequence[ast.File], model: Model, graphs: Graphs, name: str, p
     """The XML of a project that was compiled without errors. ``period``: nanoseconds between two scans. What
     TC6 cannot hold is reported (LD0660)."""
     root = Element("project", {"xmlns": NAMESPACE, "xmlns:xhtml": XHTML})
-    add(root, "fileHeader", companyName="", productName="ldc", productVersion=__version__, creationDateTime=_NO_DATE)
+    add(root, "fileHeader", companyName="", productName="ldc", productVersion=__version__,
+        creationDateTime=_NO_DATE)
     header = add(root, "contentHeader", name=name or "project", modificationDateTime=_NO_DATE)
     coordinates = add(header, "coordinateInfo")
     for language in ("fbd", "ld", "sfc"):
@@ -80,7 +81,8 @@ def _pou(parent: Element, pou: ast.Pou, rungs: Sequence[tuple[ast.Rung, RungGrap
     else:
         diagnostics.error(
             "LD0660", f"`{pou.name}` cannot be exported: its body is a sequential function chart",
-            pou.name_span, "a chart", help="write the sequence as a ladder or in Structured Text, or leave it out")
+            pou.name_span, "a chart",
+            help="write the sequence as a ladder or in Structured Text, or leave it out")
     if pou.title:
         formatted(made, "documentation", prose(pou.title))
     return body
@@ -105,17 +107,21 @@ def _notes(file: ast.File) -> dict[tuple[str, int], str]:
         text = comment.text[2:-2] if comment.text.startswith("(*") else comment.text[2:]
         by_line.setdefault(position(comment.span.start)[0], " ".join(text.split()))
     blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
-    blocks += [b for c in file.configurations for b in (*c.var_blocks, *(b for r in c.resources for b in r.var_blocks))]
-    lines = {v.span.start: position(max(v.group_span.end - 1, 0))[0] for block in blocks for v in block.variables}
-    path = file.source.path
-    return {(path, start): by_line[line] for start, line in lines.items() if line in by_line}
+    for part in file.configurations:
+        blocks += (*part.var_blocks, *(block for resource in part.resources for block in resource.var_blocks))
+    found = {}
+    for declared in (variable for block in blocks for variable in block.variables):
+        line, _ = position(max(declared.group_span.end - 1, 0))
+        if line in by_line:
+            found[file.source.path, declared.span.start] = by_line[line]
+    return found
 
 
 def _keep_rungs(root: Element, drawn: list[tuple[Element, list[Drawn]]]) -> None:
     """Put the text of each rung beside the drawing, with a digest of the elements as they will be read."""
     indent(root)
     read = Document(SourceFile("export.xml", _text(root)), Diagnostics()).root
-    bodies = [node for pou in read.descendants("pou") for node in pou.all("body") if node.find("LD") is not None]
+    bodies = [node for node in read.descendants("body") if node.find("LD") is not None]
     for (body, rungs), node in zip(drawn, bodies, strict=True):
         elements = {child.get("localId"): child for child in node.find("LD").children}
         kept = own_data(body, "rungs")

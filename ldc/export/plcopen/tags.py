@@ -29,7 +29,7 @@ def prose(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """Text of a language; characters that no XML can hold stand in strings there, and are written as codes."""
+    """Text of a language; what no XML can hold stands in strings there, and is written as `$hh`."""
     def coded(match: re.Match) -> str:
         digits = 2 if match[0][0] == "'" else 4
         return _NO_XML.sub(lambda c: f"${ord(c[0]):0{digits}X}", match[0])

@@ -28,7 +28,7 @@ def ladder(
 def rungs_of(
     drawing: Drawing, diagnostics: Diagnostics, written: Iterable[tuple[tuple[int, ...], ast.Rung]] = ()
 ) -> ast.LadderBody:
-    """The rungs of a drawing, and between them those that are ``written``, each with its place in the order."""
+    """The rungs of a drawing, and between them those that are ``written``, each with its place."""
     _drop_loose(drawing, diagnostics)
     groups = _together(drawing)
     places = _Places(groups)

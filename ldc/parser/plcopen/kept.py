@@ -42,7 +42,7 @@ def own_data(node: Node, topic: str) -> Node | None:
 
 
 def original(node: Node, attribute: str) -> str:
-    """An attribute as it was in the source of an export: another one was written for the sake of other tools."""
+    """An attribute as the exported project has it; another one may be written for the sake of other tools."""
     found = own_data(node, "originals")
     value = node.get(attribute)
     for one in found.all("original") if found is not None else ():
@@ -52,8 +52,8 @@ def original(node: Node, attribute: str) -> str:
 
 
 def placement(resource: Node) -> tuple[str, dict[str, int]]:
-    """The processor of a resource ("" when nothing is said), and the place of each program (in capitals) in the
-    order in which they were declared."""
+    """The processor of a resource ("" when nothing is said), and the place of each program (in capitals) in
+    the order in which they were declared."""
     found = own_data(resource, "placement")
     if found is None:
         return "", {}
@@ -74,8 +74,8 @@ def safe_values(root: Node) -> tuple[tuple[str, bool | int | float | str], ...]:
 
 
 def rungs(holder: Node, drawing: Drawing) -> list[tuple[tuple[int, ...], ast.Rung]]:
-    """The rungs that are drawn as they were written, from their text, each with the order of its first element.
-    Takes their elements out of the drawing."""
+    """The rungs that are drawn as they were written, from their text, each with the order of its first
+    element. Takes their elements out of the drawing."""
     data = own_data(holder, "rungs")
     listed = [(one, one.get("elements").split()) for one in data.all("rung")] if data is not None else []
     nodes = {node.get("localId").strip(): node for node in drawing.body.children}

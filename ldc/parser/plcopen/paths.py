@@ -65,8 +65,8 @@ class _Edge:
 
 
 def write(steps: Sequence[Step], ordered: bool) -> tuple[ast.Path, ...]:
-    """The paths of a rung. ``ordered``: everything is fed before it is read, so that the order of the steps is
-    that of their turns; a rung with a loop keeps all its nets and the order of its steps."""
+    """The paths of a rung. ``ordered``: everything is fed before it is read, so that the order of the steps
+    is that of their turns; a rung with a loop keeps all its nets and the order of its steps."""
     edges = _edges(steps)
     pins = Counter(net for step in steps for net in (*step.reads, *step.writes))
     if not ordered:
@@ -88,9 +88,9 @@ def _edges(steps: Sequence[Step]) -> list[_Edge]:
 
 
 class _Network:
-    """Joins edges. ``inner`` and ``outer`` are those that end and begin at a net, ``beside`` those between two
-    nets, in their order. ``reader``: the block (its number of step, by which it is in ``blocks``) that alone
-    reads a net at a pin; ``waits``: how many such nets it has."""
+    """Joins edges. ``inner`` and ``outer`` are those that end and begin at a net, ``beside`` those between
+    two nets, in their order. ``reader``: the block (its number of step, by which it is in ``blocks``) that
+    alone reads a net at a pin; ``waits``: how many such nets it has."""
 
     def __init__(self, edges: list[_Edge], steps: Sequence[Step], pins: Counter[str]) -> None:
         self.pins = pins
@@ -165,8 +165,8 @@ class _Network:
                 self._net(self.nets.popleft())
 
     def _fits(self, a: _Edge, b: _Edge) -> bool:
-        """Whether they can stand together in this order: no turn of ``b`` is before one of ``a``, and no other
-        element has a turn between."""
+        """Whether they can stand together in this order: no turn of ``b`` is before one of ``a``, and no
+        other element has a turn between."""
         if a.high > b.low or a.held or b.held:
             return False
         if a.low == b.high:
