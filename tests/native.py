@@ -8,6 +8,7 @@ from ldc.backends.c import emit, gcc
 from ldc.components import toolchain
 from ldc.diagnostics import Diagnostics
 from ldc.il import block
+from ldc.il.external import Binding
 from ldc.il.layout import lay_out
 from ldc.il.program import Program
 from runtime.native.library import Code
@@ -18,12 +19,13 @@ QUICK = tuple("-O0" if flag == "-O1" else flag for flag in gcc.FLAGS)
 needs_gcc = pytest.mark.skipif(toolchain.find(toolchain.GCC) is None, reason="gcc is not installed")
 
 
-def built(program: Program, flags: tuple[str, ...] = QUICK) -> Code:
+def built(program: Program, flags: tuple[str, ...] = QUICK, bindings: tuple[Binding, ...] = ()) -> Code:
     """The native code of the first resource."""
-    plan = emit.plan(block.make(program, lay_out(program)), flags)
+    plan = emit.plan(block.make(program, lay_out(program)), flags, bindings)
     made = gcc.build(plan, gcc.find_compiler(Diagnostics()))
-    return Code(made.path, plan.block, plan.map)
+    return Code(made.path, plan.block, plan.map, plan.bindings)
 
 
-def machine(program: Program, period_ns: int | None = None, flags: tuple[str, ...] = QUICK) -> Machine:
-    return Machine(program, 0, period_ns, native=built(program, flags))
+def machine(program: Program, period_ns: int | None = None, flags: tuple[str, ...] = QUICK,
+            bindings: tuple[Binding, ...] = ()) -> Machine:
+    return Machine(program, 0, period_ns, native=built(program, flags, bindings))

@@ -16,6 +16,7 @@ from ldc.cli.output import write_file
 from ldc.cli.run import resource_to_run
 from ldc.il import image
 from ldc.il.block import Block, Spot
+from ldc.il.external import Binding
 from ldc.il.homes import direct_addresses
 from ldc.il.layout import state
 from ldc.render import plural
@@ -32,6 +33,8 @@ def run(options: argparse.Namespace) -> int:
     resource = resource_to_run(result)
     made = artifact(result, resource, folder, areas, options.sanitize)
     _write_sources(made.plan, folder / "c")
+    for binding in made.plan.bindings:
+        write_file(folder / _component(binding), binding.library.read_bytes())
     write_file(folder / IMAGE, result.image.data)
     write_file(folder / ABOUT, json.dumps(about(made.plan, made.path.name), indent=1).encode() + b"\n")
     for old in folder.glob("program-*.so"):
@@ -62,9 +65,15 @@ def about(plan: BuildPlan, library: str) -> dict[str, object]:
         "tasks": [{"name": t.name, "interval_ns": t.interval, "priority": t.priority, "watchdog": t.watchdog,
                    "programs": [n for n, run in enumerate(part.runs) if run.task.upper() == t.name.upper()]}
                   for t in part.tasks],
+        "components": [_component(binding) for binding in plan.bindings],
         "variables": {path: _place(spot) for path, spot in _variables(block)},
         "initial": bytes(block.initial()).hex(),
     }
+
+
+def _component(binding: Binding) -> str:
+    """The file of a component's library in the folder."""
+    return f"component-{binding.unit.lower()}.so"
 
 
 def _variables(block: Block) -> Iterable[tuple[str, Spot]]:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 
 from ldc import pipeline
-from ldc.cli.compiling import compiled
+from ldc.cli.compiling import compiled, native_code
 from ldc.cli.console import OK, UsageError, say
 from ldc.cli.dump import dump
 from ldc.cli.inputs import read
@@ -78,10 +78,7 @@ def _c_text(result: pipeline.Compiled) -> str:
     """The C files of the program, one behind the other; what belongs to the library is left out."""
     from ldc.backends.c.build import planned  # loads jinja2
 
-    diagnostics = Diagnostics()
-    plan = planned(result.program, result.image.layout, resource_to_run(result), diagnostics)
-    if plan is None:
-        raise Invalid(diagnostics)
+    plan = planned(result.program, result.image.layout, resource_to_run(result), native_code(result))
     return "\n".join(f"/* ==== {file.name} */\n{file.text}" for file in plan.files if file.is_generated)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from ldc import pipeline
 from ldc.backends.c import build
 from ldc.backends.c.gcc import Artifact
+from ldc.cli.compiling import native_code
 from ldc.cli.console import Failure, report
 from ldc.diagnostics import Diagnostics, Invalid
 from runtime.native.library import Code
@@ -18,9 +19,9 @@ def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = Non
              areas: Mapping[str, int] | None = None, sanitize: bool = False) -> Artifact:
     """The shared object for one resource of a compiled project. Raises Invalid and Failure."""
     diagnostics = Diagnostics()
-    plan = build.planned(result.program, result.image.layout, resource, diagnostics, areas, sanitize)
+    plan = build.planned(result.program, result.image.layout, resource, native_code(result), areas, sanitize)
     try:
-        made = None if plan is None else build.built(plan, diagnostics, folder)
+        made = build.built(plan, diagnostics, folder)
     except OSError as error:
         raise Failure(f"cannot write native code: {error}") from error
     if made is None:
@@ -29,7 +30,12 @@ def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = Non
     return made
 
 
+def loadable(made: Artifact) -> Code:
+    """What the runtime takes of an artifact."""
+    return Code(made.path, made.plan.block, made.plan.map, made.plan.bindings)
+
+
 def machine(result: pipeline.Compiled, resource: int, period: int | None) -> Machine:
     """A machine that runs native code."""
     made = artifact(result, resource)
-    return Machine(result.program, resource, period, native=Code(made.path, made.plan.block, made.plan.map))
+    return Machine(result.program, resource, period, native=loadable(made))

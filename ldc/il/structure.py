@@ -71,9 +71,11 @@ class CallFunction:
 
 @dataclass(frozen=True, slots=True)
 class CallNative:
-    """Runs the native code of the unit (EXT) on the instance that is executed."""
+    """Runs the native code of the unit (EXT) on the instance that is executed; ``elapsed``: the time since it
+    ran last."""
 
     at: int
+    elapsed: Expr
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,8 +372,9 @@ class _Structure:
 
     def native(self, instr: Instr) -> None:
         self.acc = None
+        elapsed = self.load(instr.operand)
         self.before(_EVERYTHING)
-        self.made.append(CallNative(self.at))
+        self.made.append(CallNative(self.at, elapsed.expr))
 
     def function(self, instr: Instr) -> None:
         function = self.functions.get(instr.name.upper())

@@ -10,6 +10,7 @@ from struct import unpack_from
 import cffi
 
 from ldc.il.block import Block
+from ldc.il.external import Binding
 from ldc.il.program import Unit
 from ldc.library.faults import DivisionByZero
 from runtime.faults import IndexOutOfRange, Place, WatchdogExpired
@@ -25,12 +26,13 @@ class WrongLibrary(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """What a build gave: the shared object, the memory that it works on, and for every driver of it the name
-    of the POU and the first rung of each part."""
+    """What a build gave: the shared object, the memory that it works on, for every driver of it the name of
+    the POU and the first rung of each part, and the components that it calls, by their numbers."""
 
     path: Path
     block: Block
     map: tuple[tuple[str, tuple[int, ...]], ...]
+    bindings: tuple[Binding, ...] = ()
 
 
 class Library:
@@ -45,13 +47,23 @@ class Library:
         except AttributeError:
             fits = False
         if not fits:
-            self.close()
+            self._ffi.dlclose(self._library)
             raise WrongLibrary(f"{code.path} is no native code for this program")
         self.run = self._library.ldc_run
+        self._components = [self._bound(number, binding) for number, binding in enumerate(code.bindings)]
+
+    def _bound(self, number: int, binding: Binding):
+        """Loads a component and tells the code where it is."""
+        ffi = declared()
+        component = ffi.dlopen(str(binding.library))
+        memory = ffi.addressof(component, "ldc_memory") if binding.size else ffi.NULL
+        self._library.ldc_bind(number, ffi.addressof(component, "ldc_entry"), memory)
+        return component
 
     def close(self) -> None:
         """Unloads the code; it must not be run any more."""
-        self._ffi.dlclose(self._library)
+        for library in (self._library, *self._components):
+            self._ffi.dlclose(library)
 
     def memory(self, data: bytes):
         """Memory for the code to work on, with these bytes: the C pointer, and a view on it."""
@@ -82,7 +94,9 @@ class Library:
 def declared() -> cffi.FFI:
     """The interface of every shared object."""
     ffi = cffi.FFI()
-    ffi.cdef("uint32_t ldc_abi(void); uint32_t ldc_size(void); int32_t ldc_run(uint8_t *m, uint32_t program);")
+    ffi.cdef("uint32_t ldc_abi(void); uint32_t ldc_size(void); int32_t ldc_run(uint8_t *m, uint32_t program);"
+             "int32_t ldc_bind(uint32_t, void (*)(const void *, void *, void *, uint32_t), uint8_t **);"
+             "extern uint8_t *ldc_memory; void ldc_entry(const void *, void *, void *, uint32_t);")
     return ffi
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ldc.backends import findings
@@ -11,20 +11,17 @@ from ldc.backends.c.emit import BuildPlan
 from ldc.backends.c.gcc import Artifact
 from ldc.diagnostics import Diagnostics
 from ldc.il import block
+from ldc.il.external import Binding
 from ldc.il.layout import Layout
 from ldc.il.program import Program
 
 
-def planned(program: Program, layout: Layout, resource: int, diagnostics: Diagnostics,
-            areas: Mapping[str, int] | None = None, sanitize: bool = False) -> BuildPlan | None:
-    """The files for one resource of a program with the layout of its image; ``areas``: the sizes of I, Q and
-    M of the build before. None, with findings, when it cannot be native."""
-    try:
-        memory = block.make(program, layout, resource, areas)
-        return emit.plan(memory, gcc.FLAGS + (gcc.SANITIZE if sanitize else ()))
-    except emit.NotNative as error:
-        findings.no_body(diagnostics, error.unit)
-    return None
+def planned(program: Program, layout: Layout, resource: int, bindings: Iterable[Binding] = (),
+            areas: Mapping[str, int] | None = None, sanitize: bool = False) -> BuildPlan:
+    """The files for one resource of a program with the layout of its image. ``bindings``: its components in C
+    and C++; ``areas``: the sizes of I, Q and M of the build before."""
+    memory = block.make(program, layout, resource, areas)
+    return emit.plan(memory, gcc.FLAGS + (gcc.SANITIZE if sanitize else ()), bindings)
 
 
 def built(plan: BuildPlan, diagnostics: Diagnostics, folder: Path | None = None) -> Artifact | None:

@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
 import jinja2
 
+from ldc.backends.c import components
 from ldc.backends.c.units import UnitCode, inline, translate
 from ldc.backends.c.values import Callee
 from ldc.il.block import Block
-from ldc.il.program import Unit
+from ldc.il.external import Binding
 
 HEADER = "ldc_runtime.h"
 _RUNTIME, _TEXT = "ldc_runtime.c", "ldc_text.c"
 _ROOM = files("ldc.backends.c")
-
-
-class NotNative(ValueError):
-    """A POU that has no C body here; ``unit`` tells which."""
-
-    def __init__(self, unit: Unit) -> None:
-        self.unit = unit
-        super().__init__(f"{unit.name} is a component in {unit.external.language}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,18 +39,22 @@ class File:
 @dataclass(frozen=True, slots=True)
 class BuildPlan:
     """``files`` are compiled, ``header`` is what they include. ``map``: for every driver by number the name of
-    its POU and the first rung of each part, for the places of faults. ``digest`` covers all."""
+    its POU and the first rung of each part, for the places of faults; ``bindings``: the components in C and C++, in
+    the order of their numbers for ``ldc_bind``. ``digest`` covers all but these."""
 
     block: Block
     files: tuple[File, ...]
     header: str
     flags: tuple[str, ...]
     map: tuple[tuple[str, tuple[int, ...]], ...]
+    bindings: tuple[Binding, ...]
     digest: str
 
 
-def plan(block: Block, flags: tuple[str, ...]) -> BuildPlan:
-    """The files of one resource of a program. Raises NotNative."""
+def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = ()) -> BuildPlan:
+    """The files of one resource of a program; ``bindings``: its components in C and C++, which were built."""
+    known = {b.unit.upper(): b for b in bindings}
+    natives = [unit for unit in block.program.units if unit.external is not None]
     debug = "-g" in flags
     codes = _translated(block)
     header = _read(HEADER)
@@ -66,7 +64,11 @@ def plan(block: Block, flags: tuple[str, ...]) -> BuildPlan:
         "main.c.j2", title=f"{block.program.name or 'program'}: how POUs run their parts", zero=b"\0",
         heads=[f.head for code in codes for chunk in code.chunks for f in chunk.functions]
         + [code.driver.head for code in codes], drivers=[code.driver for code in codes], size=block.size,
-        runs=[code.callee.name for code in codes if code.unit.kind == "PROGRAM"])
+        runs=[code.callee.name for code in codes if code.unit.kind == "PROGRAM"],
+        components=[components.bound(unit) for unit in natives])
+    for unit in natives:
+        text = _render("component.c.j2", wrapper=components.wrapper(block, unit, known[unit.name.upper()]))
+        made.append(_file(f"{components.callee(unit).name}.c", text, header, flags, debug))
     made.append(_file("main.c", main, header, flags, debug))
     library = [_RUNTIME]
     if any("ldc_print_" in file.text or "ldc_read_" in file.text for file in made):
@@ -74,15 +76,14 @@ def plan(block: Block, flags: tuple[str, ...]) -> BuildPlan:
     made += [_file(name, _read(name), header, flags, debug) for name in library]
     map_ = tuple((code.unit.name, code.firsts) for code in codes)
     digest = _digest(*(f"{file.name} {file.digest}" for file in made))
-    return BuildPlan(block, tuple(made), header, flags, map_, digest)
+    return BuildPlan(block, tuple(made), header, flags, map_,
+                     tuple(known[unit.name.upper()] for unit in natives), digest)
 
 
 def _translated(block: Block) -> list[UnitCode]:
     callees: dict[str, Callee] = {}
     codes: list[UnitCode] = []
     for unit in block.program.units:
-        if unit.external is not None:
-            raise NotNative(unit)
         if unit.standard:
             callees[unit.name.upper()] = inline(block, unit)
         elif unit.kind != "PROGRAM":

@@ -69,7 +69,7 @@ def unsettled(code: Structured) -> set[str]:
 def reads(statement: Statement) -> set[str]:
     """The roots, in capitals, of everything that a statement reads, indexes of its target too."""
     expressions: list[Expr] = []
-    for name in ("value", "condition"):
+    for name in ("value", "condition", "elapsed"):
         given = getattr(statement, name, None)
         if given is not None and not isinstance(given, bool):
             expressions.append(given)

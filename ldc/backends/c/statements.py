@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from ldc.backends.c import functions
+from ldc.backends.c import components, functions
 from ldc.backends.c.ctypes import by_address, c_type, is_string, width
 from ldc.backends.c.places import Address
 from ldc.backends.c.values import Callee, Values
@@ -153,8 +153,8 @@ class Part(Values):
         return ("" if by_address(at.type) else "&") + self.whole(at, "")
 
     def call_native(self, statement: CallNative) -> None:
-        callee = self.callees["EXT " + self.code.unit.name.upper()]
-        self.lines.append(f"{self.shared.call(callee)}(m, s);")
+        callee = components.callee(self.code.unit)
+        self.lines.append(f"{self.shared.call(callee)}(m, s, {self.expr(statement.elapsed)});")
 
     def label(self, statement: Label) -> None:
         if statement.at in self.labels:

@@ -32,6 +32,12 @@ enum { LDC_DIVISION = 1, LDC_INDEX = 2, LDC_INDEX_UNSIGNED = 3, LDC_WATCHDOG = 4
 #define LDC_RARE(condition) __builtin_expect((condition), 0)
 #define LDC_DAY INT64_C(86400000000000)
 
+/* The code of a component, and where its pointer to the memory of globals is. */
+typedef struct {
+    void (*entry)(const void *in, void *out, void *state, uint32_t microseconds);
+    uint8_t **memory;
+} ldc_component;
+
 int32_t ldc_note(uint8_t *m, uint32_t first, uint32_t second);
 int32_t ldc_division(uint8_t *m, uint32_t rung, uint32_t instruction);
 int32_t ldc_index(uint8_t *m, uint32_t rung, uint32_t instruction, uint32_t kind, int64_t index, int64_t low,

@@ -1,0 +1,20 @@
+/* The UART of Arm's MPS boards. */
+#include "firmware.h"
+#include "board.h"
+
+#define UART ((volatile uint32_t *)LDC_UART)
+
+static void put(char c) {
+    UART[2] = 1; /* transmitter on */
+    UART[4] = 16;
+    while (UART[1] & 1) { }
+    UART[0] = (uint8_t)c;
+}
+
+void ldc_puts(const char *text) {
+    while (*text) put(*text++);
+}
+
+void ldc_put_hex(uint32_t number) {
+    for (int shift = 28; shift >= 0; shift -= 4) put("0123456789abcdef"[number >> shift & 15]);
+}
