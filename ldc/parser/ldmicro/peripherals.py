@@ -101,7 +101,7 @@ def formatted_string(context: Context, leaf: Leaf) -> str:
         return ""
     out, sent = _output(context, leaf)
     block = context.supporting(
-        "text", name=f"LDMICRO_TEXT_{sum(key.startswith('text ') for key in context.blocks) + 1}",
+        "text", name=f"LDMICRO_TEXT_{len(context.blocks) + 1}",
         last=max(len(codes) - 1, 0), codes=", ".join(map(str, codes or [0])), steps=len(codes),
         sign=_SIGN, digit=_DIGIT, unsigned=_FIRST_UNSIGNED, power=10 ** max(digits - 1, 0))
     value = ""

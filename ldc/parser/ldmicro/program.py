@@ -194,6 +194,11 @@ class _Writer:
         }
         follows = "RETURN"
         last = len(self.text.rungs) + 1
+        numbered: dict[int, list[str]] = {}
+        for target in jumps:
+            if (value := number(target)) is not None:
+                numbered.setdefault(min(max(value, 1), last), []).append(target)
+        found |= dict.fromkeys(numbered.get(last, ()), "RETURN")
         for index in range(len(rungs) - 1, -1, -1):
             position, rung = rungs[index]
             if not _is_comment(rung) and any(leaf.word not in ("LABEL", "COMMENT") for leaf in rung.leaves()):
@@ -201,12 +206,7 @@ class _Writer:
             for leaf in rung.leaves():
                 if leaf.word == "LABEL" and leaf.args:
                     found[leaf.args[0]] = follows
-            for target in jumps:
-                if (value := number(target)) is not None and min(max(value, 1), last) == position:
-                    found[target] = follows
-        for target in jumps:
-            if (value := number(target)) is not None and value >= last:
-                found[target] = "RETURN"
+            found |= dict.fromkeys(numbered.get(position, ()), follows)
         return found
 
     def _rung(self, rung: Group) -> tuple[ast.Item, ...]:
