@@ -67,8 +67,8 @@ def test_any_rung(text: str) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(some.lists(some.sampled_from(
-    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 .. "
-    ": + EXIT RETURN 2.5 [ ] . ABS".split()), max_size=25))
+    "IF THEN ELSE END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL a b := ; ( ) 1 "
+    ".. : + EXIT RETURN 2.5 [ ] . ABS".split()), max_size=25))
 def test_any_statements(words: list[str]) -> None:
     read(xml.controller(xml.program("P", xml.rll("Main", ["JSR(S);"]) + xml.st("S", [" ".join(words)])),
                         xml.tags("BOOL a; DINT b")))
@@ -102,6 +102,11 @@ def program(*rungs: str, own: str = "", **parts: str) -> str:
     return xml.controller(xml.program("P", xml.rll("Main", rungs), own), **parts)
 
 
+def udt(name: str, **members: str) -> str:
+    inside = "".join(f'<Member Name="{n}" DataType="{t}" Dimension="0"/>' for n, t in members.items())
+    return f'<DataType Name="{name}"><Members>{inside}</Members></DataType>'
+
+
 FILES = [
     ("<Controller/>", "LD0150"),
     (xml.controller('<Program Name="P" MainRoutineName="M"><Routines><Routine Name="M" Type="FBD"/>'
@@ -119,6 +124,12 @@ FILES = [
     (xml.one(["OTE(a);"], "BOOL a").replace('Type="N"', 'Type="rR"'), "LD0151"),
     (xml.one(["OTE(a);"], "BOOL a", more='<Tasks><Task Name="T" Type="EVENT"/></Tasks>'), "LD0151"),
     (xml.one(["OTE(a);"], xml.tag("a", "BOOL", data=xml.value("BOOL", "x"))), "LD0152"),
+    (program("OTE(u.q);", own=xml.tags("U u"), types=udt("U", q="BOOL", v="V") + udt("V", u="U")), "LD0150"),
+    (program("OTE(u.q);", own=xml.tags("U0 u"), types="".join(
+        udt(f"U{n}", q="BOOL", a=f"U{n + 1}", b=f"U{n + 1}") for n in range(300))), "LD0225"),
+    (program("Own(o);", own=xml.tags("Own o"), addons=xml.addon(
+        "Own", '<Parameter Name="P" TagType="Alias" Usage="Input" AliasFor="P"/>',
+        xml.rll("Logic", ["XIC(P)OTE(P);"]))), "LD0150"),
 ]
 
 

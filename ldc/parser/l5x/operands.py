@@ -16,7 +16,7 @@ from ldc.parser.literals import Malformed
 from ldc.parser.literals import literal as iec_literal
 from ldc.source import Span
 
-MAX_DEPTH = 100
+MAX_DEPTH, _MAX_ALIASES = 100, 8
 BLANK = r"\s*+(?:(?:\(\*(?s:.*?)\*\)|/\*(?s:.*?)\*/|//[^\n]*|\#(?:end)?region[^\n]*)\s*+)*+"
 """What stands between tokens: space, and in Structured Text comments."""
 _TOKEN = re.compile(BLANK + r"""(?:
@@ -83,7 +83,7 @@ class Operands:
                 self.externals.tags.setdefault(tag.name.upper(), tag)
         return Value(expr, tag.type, span, way=(tag, ()), place=True)
 
-    def member(self, value: Value, name: str, span: Span) -> Value:
+    def member(self, value: Value, name: str, span: Span, depth: int = 0) -> Value:
         type_ = value.type
         if isinstance(type_, Text) and name.upper() == "LEN":
             return Value(call("LEN", span, value.expr), DINT, span)
@@ -91,10 +91,13 @@ class Operands:
             self.reading.unsupported(span, f"`.{name}` of a string", "use string instructions")
             raise Wrong
         found = type_.members.get(name.upper()) if isinstance(type_, Structure) else None
+        if found is not None and found.alias and depth > _MAX_ALIASES:
+            self.reading.malformed(span, f"`{name}` is an alias of itself", help="let it name a place")
+            raise Wrong
         if found is not None and found.alias:
-            for part in found.alias.split(".")[:MAX_DEPTH]:
+            for part in found.alias.split(".")[:_MAX_ALIASES]:
                 value = self.bit(value, literal(int(part), span), span) if part.isdecimal() else self.member(
-                    value, part, span)
+                    value, part, span, depth + 1)
             return value
         own = found.name if found is not None else name
         way = None if value.way is None else (value.way[0], (*value.way[1], name.upper()))

@@ -58,6 +58,9 @@ class _Reader:
             addon.declare(self._sizes)
         scope = Scope()
         modules.declare(self.controller, scope, self.context)
+        for structure, member in types.measure([*self.declared, *self.context.types.used]):
+            self.reading.malformed(member.span, f"{structure.foreign} would hold itself by {member.name}",
+                                   help="take the member away")
         self._tags(self.controller, scope, "")
         programs = self._programs(scope)
         for addon in addons:

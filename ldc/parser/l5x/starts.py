@@ -9,7 +9,9 @@ from math import isfinite
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.l5x.scope import Tag
-from ldc.parser.l5x.types import BOOL, TIME, WIDTHS, Array, Atom, Structure, Text, Type, is_real
+from ldc.parser.l5x.types import (
+    BOOL, TIME, WIDTHS, Array, Atom, Structure, Text, Type, inner, is_large, is_real,
+)
 from ldc.parser.l5x.values import boolean, real_text, wrapped
 from ldc.parser.plcopen.document import Node
 from ldc.source import Span
@@ -30,7 +32,7 @@ def told(node: Node, *tags: str) -> Node | None:
 
 def initial(tag: Tag, reading: Reading) -> ast.Initial | None:
     """The initial value of the variable; None when it is all zero."""
-    if tag.type is None:
+    if tag.type is None or is_large(tag.type):
         return None
     found = _default(tag.type, tag.data, reading)
     for way, number in tag.starts.items():
@@ -48,7 +50,7 @@ def _completed(type_: Type, found: object, reading: Reading) -> object:
     """With the values that the type itself gives to members that are not told."""
     if isinstance(type_, Array) and isinstance(type_.element, Structure):
         cells = dict(found) if isinstance(found, dict) else {}
-        if _has_own(type_.element):
+        if _has_own(type_.element, {}):
             cells = {at: _completed(type_.element, cells.get(at), reading) for at in _indexes(type_.sizes)}
         return cells
     if not isinstance(type_, Structure):
@@ -59,19 +61,22 @@ def _completed(type_: Type, found: object, reading: Reading) -> object:
             continue
         if key not in members and member.data is not None:
             members[key] = _default(member.type, member.data, reading)
-        elif _has_own(member.type):
+        elif _has_own(member.type, {}):
             members[key] = _completed(member.type, members.get(key), reading)
     for way, number in type_.starts.items():
         members = _put(type_, members, way, number)
     return members
 
 
-def _has_own(type_: Type | None) -> bool:
-    """Whether variables of the type begin with other values than zero."""
-    if isinstance(type_, Array):
-        return _has_own(type_.element)
-    return isinstance(type_, Structure) and (bool(type_.starts) or any(
-        m.data is not None or _has_own(m.type) for m in type_.members.values()))
+def _has_own(type_: Type | None, known: dict[int, bool]) -> bool:
+    """Whether variables of the type begin with other values than zero. ``known``: by structure."""
+    held = inner(type_)
+    if held is None:
+        return False
+    if id(held) not in known:
+        known[id(held)] = bool(held.starts) or any(
+            m.data is not None or _has_own(m.type, known) for m in held.members.values())
+    return known[id(held)]
 
 
 def _indexes(sizes: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
@@ -95,12 +100,12 @@ def _put(type_: Type | None, value: object, way: tuple, number: object) -> objec
         bit = 1 << int(step[1:])
         whole = value if isinstance(value, int) else 0
         return whole | bit if number else whole & ~bit
-    inner = type_.element if isinstance(type_, Array) else (
+    part = type_.element if isinstance(type_, Array) else (
         type_.members[step].type if isinstance(type_, Structure) and step in type_.members else None)
-    if inner is None:
+    if part is None:
         return value
     cells = dict(value) if isinstance(value, dict) else {}
-    cells[step] = _put(inner, cells.get(step), rest, number)
+    cells[step] = _put(part, cells.get(step), rest, number)
     return cells
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from ldc.parser import ast
@@ -9,7 +10,7 @@ from ldc.parser.foreign import Names
 from ldc.parser.plcopen.document import Node
 from ldc.source import Span
 
-MAX_ELEMENTS = 1_000_000
+MAX_ELEMENTS, MAX_DEPTH = 1_000_000, 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +51,16 @@ class Member:
 @dataclass(slots=True, eq=False)
 class Structure:
     """``name``: what it is called in our text; ``foreign``: in the file. ``members`` by name in capitals;
-    ``starts``: values at the start by way into the structure, for every variable of the type."""
+    ``starts``: values at the start by way into the structure, for every variable of the type. ``size``:
+    how many scalars it holds, ``depth``: how deep structures nest in it (both set by ``measure``)."""
 
     name: str
     foreign: str
     span: Span
     members: dict[str, Member] = field(default_factory=dict)
     starts: dict[tuple, object] = field(default_factory=dict)
+    size: int = 0
+    depth: int = 0
 
 
 Type = Atom | Text | Array | Structure
@@ -174,6 +178,53 @@ def total(sizes_: tuple[int, ...]) -> int:
     for size in sizes_:
         found *= size
     return found
+
+
+def inner(type_: Type | None) -> Structure | None:
+    """The structure that a type is, or is an array of."""
+    type_ = type_.element if isinstance(type_, Array) else type_
+    return type_ if isinstance(type_, Structure) else None
+
+
+def measure(structures: Iterable[Structure]) -> Iterator[tuple[Structure, Member]]:
+    """Sets the size and depth of all structures. A member by which one would hold itself is taken out
+    and given."""
+    done: set[int] = set()
+    for first in structures:
+        work, open_ = [(first, False)], set()
+        while work:
+            structure, counted = work.pop()
+            if counted:
+                open_.discard(id(structure))
+                done.add(id(structure))
+                _count(structure)
+            elif id(structure) not in done and id(structure) not in open_:
+                open_.add(id(structure))
+                work.append((structure, True))
+                for key, member in list(structure.members.items()):
+                    held = inner(member.type)
+                    if held is not None and id(held) in open_:
+                        del structure.members[key]
+                        yield structure, member
+                    elif held is not None:
+                        work.append((held, False))
+
+
+def _count(structure: Structure) -> None:
+    size, depth = 0, 0
+    for member in structure.members.values():
+        held = inner(member.type)
+        count = total(member.type.sizes) if isinstance(member.type, Array) else 1
+        size += count * (held.size if held is not None else 1)
+        depth = max(depth, held.depth if held is not None else 0)
+    structure.size, structure.depth = size, depth + 1
+
+
+def is_large(type_: Type | None) -> bool:
+    """Whether a variable of the type holds or nests more than the model takes."""
+    held = inner(type_)
+    count = total(type_.sizes) if isinstance(type_, Array) else 1
+    return held is not None and (count * held.size > MAX_ELEMENTS or held.depth > MAX_DEPTH)
 
 
 def declaration(structure: Structure) -> ast.TypeDecl:
