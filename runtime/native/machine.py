@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from struct import pack_into
 
 from ldc.il import block
 from ldc.il.block import Spot
@@ -16,7 +15,9 @@ from runtime.machine import Schedule
 from runtime.native.library import Code, Library
 from runtime.symbols import Symbol
 
-_NOW, _WATCHDOG, _FIRST_SCAN = 0, 8, 16
+# Time and watchdog by number of their 64-bit word, the first scan by byte.
+_NOW, _WATCHDOG, _FIRST_SCAN = 0, 1, 16
+_MOST = (1 << 63) - 1
 
 
 @dataclass(slots=True, eq=False)
@@ -26,7 +27,9 @@ class Machine(machine.Machine):
     native: Code = field(kw_only=True)
     library: Library = field(init=False, repr=False)
     memory: memoryview = field(init=False, repr=False)
+    _words: memoryview = field(init=False, repr=False)
     _pointer: object = field(init=False, repr=False)
+    _run: Callable[[object, int], int] = field(init=False, repr=False)
     _roots: dict[Home, Spot] = field(init=False, repr=False)
     _spots: dict[Symbol, Spot] = field(init=False, repr=False)
     _fed: bytes | None = field(init=False, repr=False)
@@ -39,6 +42,7 @@ class Machine(machine.Machine):
         data[_FIRST_SCAN] = 1
         self.library = Library(self.native)
         self._pointer, self.memory = self.library.memory(data)
+        self._words, self._run = self.memory.cast("q"), self.library.run
         self._roots = {root.home: self._spot_of(root) for root in layout.roots()}
         self._spots, self._fed, self._ahead, self._prepared = {}, None, bytearray(), 0
         return layout
@@ -98,13 +102,14 @@ class Machine(machine.Machine):
             self._fed = None
         if self._late:
             self.latch_late()
-        pack_into("<q", self.memory, _NOW, self.now_ns)
+        self._words[_NOW] = self.now_ns
 
     def _execute(self, schedule: Schedule) -> None:
         limit = schedule.task.watchdog
-        pack_into("<Q", self.memory, _WATCHDOG, limit)
+        self._words[_WATCHDOG] = min(limit, _MOST)
+        run, pointer = self._run, self._pointer
         for number in schedule.runs:
-            if self.library.run(self._pointer, number):
+            if run(pointer, number):
                 self.stop(schedule, *self.library.fault(self.memory, limit))
                 return
 
