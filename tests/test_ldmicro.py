@@ -280,6 +280,11 @@ def test_a_jump_to_the_end() -> None:
     assert trace(("CONTACTS Xa 0 0;GOTO last", "ADD n n 1", "LABEL last"), "0101", "n") == "1 1 2 2"
 
 
+def test_a_jump_to_a_rung_that_does_nothing() -> None:
+    rungs = ("CONTACTS Xa 0 0;GOTO there", "ADD n n 1", "LABEL there;SHORT", "ADD m m 1")
+    assert trace(rungs, "01", "n m") == "1 1 1 2"
+
+
 def test_subprograms() -> None:
     rungs = (
         "CONTACTS Xa 0 0;GOSUB twice",

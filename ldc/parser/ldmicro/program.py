@@ -171,10 +171,11 @@ class _Writer:
             if _is_comment(rung):
                 comments.append(_comment(rung.parts[0]))
             items = () if _is_comment(rung) else self._rung(rung)
+            name = f"rung_{index}" if f"rung_{index}" in named else None
+            if name and not items:  # a place to jump to, where nothing is done
+                items = fragments.items("[FALSE] >>RETURN", rung.span)
             if not items:
                 continue
-            name = f"rung_{index}"
-            name = name if name in named else None
             title = " / ".join(filter(None, comments)) or None
             comments = []
             written.append(ast.Rung(name, title, (fragments.path(items, rung.span),), rung.span,
