@@ -198,7 +198,7 @@ class _Rung:
             _wire(point, (box.x, self.y + line), 0, Source(id_, "", x, self.y + line, 0))
         elif net is not None:
             for source in self.feeds.get(net, ()):
-                _wire(point, (box.x, self.y + line), column, source)
+                _wire(point, (box.x, self.y + line), column, source, self.y + self.places.height)
         return point
 
     # ---- blocks
@@ -317,12 +317,15 @@ def _names(element: elements.Block, names: Sequence[str], enable: str) -> list[s
     return [name for name in names if not element.is_function or name != enable or used & {"EN", "ENO"}]
 
 
-def _wire(point: Element, to: tuple[int, int], column: int, source: Source) -> None:
+def _wire(point: Element, to: tuple[int, int], column: int, source: Source, below: int = 0) -> None:
     """A connection, drawn from the input to the output: along the input's line to the net's column, along the
-    output's line to the output."""
+    output's line to the output. One that leads back goes under the rung, along the line ``below``."""
     made = add(point, "connection", refLocalId=source.id, formalParameter=source.pin or None)
     path = [to]
-    if source.y != to[1]:
+    if source.x >= to[0]:
+        left, right = to[0] - GAP // 2, source.x + GAP // 2
+        path += [(left, to[1]), (left, below), (right, below), (right, source.y)]
+    elif source.y != to[1]:
         columns = (column, source.column, (source.x + to[0]) // 2)
         x = next((x for x in columns if source.x < x < to[0]), columns[-1])
         path += [(x, to[1]), (x, source.y)]
