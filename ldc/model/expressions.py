@@ -121,6 +121,15 @@ def _place(env: Environment, node: ast.Expr, hint: Type | None, diagnostics: Dia
     return None if found is None else Load(found, node.span)
 
 
+def _member(env: Environment, node: ast.Member, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
+    """A member of a variable; `Type.value` of an enumeration is what `Type#value` is."""
+    base = node.base
+    if type(base) is ast.Name and env.variable(base.name.upper()) is None:
+        if isinstance(env.type_named(base.name.upper()), Enum):
+            return _enum_literal(env, ast.EnumLiteral(base.name, node.name, node.span), hint, diagnostics)
+    return _place(env, node, hint, diagnostics)
+
+
 def _literal(
     env: Environment, node: ast.Literal, hint: Type | None, diagnostics: Diagnostics
 ) -> Value | None:
@@ -327,7 +336,7 @@ _TYPING = {
     ast.Literal: _literal,
     ast.EnumLiteral: _enum_literal,
     ast.Direct: _place,
-    ast.Member: _place,
+    ast.Member: _member,
     ast.Index: _place,
     ast.Unary: _unary,
     ast.Binary: _binary,

@@ -21,6 +21,7 @@ _HEAD = re.compile(r"""<(?:[^"'>]|"[^"]*"|'[^']*')*+>""")
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""=\s*(["'])(.*?)\1""", re.DOTALL)
+_INSIDE, _OUTSIDE = re.compile(r"\(\*|\*\)"), re.compile(r"\(\*|//[^\n]*|'(?:[^'$\n]|\$[^\n])*'")
 _TEXTUAL = ("ST", "IL", "STContent")
 _ENDS_EARLY = "it ends before its elements are closed"
 
@@ -123,8 +124,8 @@ class Node:
 
     @property
     def body(self) -> Span:
-        """All that is between the tags, as text."""
-        return self.document.readable(self.inside, self.stop)
+        """All that is between the tags, as text, without comments inside of comments."""
+        return self.document.readable(self.inside, self.stop, _nests(self.document.source.text, self))
 
 
 def _trimmed(span: Span) -> Span:
@@ -148,10 +149,11 @@ class Document:
         self._ascii = source.text.isascii()
         self._parse(diagnostics)
 
-    def readable(self, start: int, end: int) -> Span:
-        """A part of the text; where it holds markup or references, of a twin that has them replaced."""
+    def readable(self, start: int, end: int, nests: bool = False) -> Span:
+        """A part of the text; where it holds markup or references (or comments that nest), of a twin that
+        has them replaced."""
         text = self.source.text
-        if text.find("&", start, end) < 0 and text.find("<", start, end) < 0:
+        if not nests and text.find("&", start, end) < 0 and text.find("<", start, end) < 0:
             return Span(self.source, start, end)
         if self._plain is None:
             self._plain = self._twin()
@@ -179,8 +181,10 @@ class Document:
                     yield node.start + start, node.start + end, unescape(match[2])
             if not node.children or node.tag in _TEXTUAL:
                 raw = self.source.text[inside : node.stop]
-                if "&" in raw or "<" in raw:
-                    yield inside, node.stop, _unmarked(node, raw)
+                nests = _nests(self.source.text, node)
+                if nests or "&" in raw or "<" in raw:
+                    plain = _unmarked(node, raw)
+                    yield inside, node.stop, _flat(plain) if nests else plain
 
     # ---- reading
 
@@ -252,6 +256,33 @@ def _unmarked(node: Node, raw: str) -> str:
         elif node.tag in _TEXTUAL:
             parts.append("\n" * match[0].count("\n"))
     return "".join(parts)
+
+
+def _nests(text: str, node: Node) -> bool:
+    """Whether a comment may begin within another one (cheap; `_flat` decides)."""
+    first = text.find("(*", node.inside, node.stop)
+    second = text.find("(*", first + 2, node.stop) if first >= 0 else -1
+    while second >= 0:
+        if text.find("*)", first, second) < 0:
+            return True
+        first, second = second, text.find("(*", second + 2, node.stop)
+    return False
+
+
+def _flat(text: str) -> str:
+    """The text with comments that nest (IEC 61131-3, 3rd edition, 6.3.3) made to single ones of the same
+    length. A comment that is closed once less than it is opened stays, and so does the rest."""
+    parts: list[str] = []
+    at = look = depth = 0
+    while (match := (_INSIDE if depth else _OUTSIDE).search(text, look)) is not None:
+        look = match.end()
+        if match[0] not in ("(*", "*)"):
+            continue
+        depth += 1 if match[0] == "(*" else -1
+        if depth > (match[0] == "(*"):
+            parts += (text[at : match.start()], "  ")
+            at = look
+    return text if depth else "".join((*parts, text[at:]))
 
 
 class _Refused(Exception):
