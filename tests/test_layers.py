@@ -30,7 +30,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "ldc.toml_tables": BASE | {"ldc.toml_spans"},
     **{package: BASE | set(COMPILER[:index]) for index, package in enumerate(COMPILER)},
     "ldc.components": BASE | FILES | set(COMPILER[:5]),
-    "ldc.backends": BASE | {"ldc.library", "ldc.il", "ldc.components"},
+    "ldc.backends": BASE | FILES | {"ldc.library", "ldc.il", "ldc.components"},
     "ldc.manifest": BASE | FILES | {"ldc.parser", "ldc.model", "ldc.components"},
     "ldc.pipeline": BASE | FILES | set(COMPILER) | {"ldc.manifest"},
     "ldc.draw": BASE | {"ldc.library", "ldc.parser"},

@@ -5,19 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from struct import unpack_from
 
 import cffi
 
 from ldc.il.block import Block
 from ldc.il.external import Binding
-from ldc.il.program import Unit
-from ldc.library.faults import DivisionByZero
-from runtime.faults import IndexOutOfRange, Place, WatchdogExpired
+from runtime import fault_record
+from runtime.faults import Place
 
 ABI = 1
-_FAULT, _INDEX, _DEPTH, _TRACE = 20, 24, 48, 56
-_DIVISION, _SIGNED, _UNSIGNED = 1, 2, 3
 
 
 class WrongLibrary(Exception):
@@ -31,7 +27,7 @@ class Code:
 
     path: Path
     block: Block
-    map: tuple[tuple[str, tuple[int, ...]], ...]
+    map: fault_record.Parts
     bindings: tuple[Binding, ...] = ()
 
 
@@ -74,20 +70,7 @@ class Library:
 
     def fault(self, memory: memoryview, limit: int) -> tuple[Exception, tuple[Place, ...]]:
         """The fault that a run ended in, and where: calls first. ``limit``: of the watchdog."""
-        kind, = unpack_from("<I", memory, _FAULT)
-        index, low, high = unpack_from("<Qqq" if kind == _UNSIGNED else "<qqq", memory, _INDEX)
-        depth, = unpack_from("<I", memory, _DEPTH)
-        error: Exception = WatchdogExpired(limit)
-        if kind == _DIVISION:
-            error = DivisionByZero()
-        elif kind in (_SIGNED, _UNSIGNED):
-            error = IndexOutOfRange(index, low, high)
-        places = []
-        for at in range(depth // 2):
-            rung, instruction, driver, part = unpack_from("<4I", memory, _TRACE + 16 * at)
-            name, firsts = self.code.map[driver]
-            places.append(_place(self.code.block.units[name.upper()], firsts[part] + rung, instruction))
-        return error, tuple(reversed(places))
+        return fault_record.read(self.code.block, self.code.map, memory, limit)
 
 
 @cache
@@ -98,9 +81,3 @@ def declared() -> cffi.FFI:
              "int32_t ldc_bind(uint32_t, void (*)(const void *, void *, void *, uint32_t), uint8_t **);"
              "extern uint8_t *ldc_memory; void ldc_entry(const void *, void *, void *, uint32_t);")
     return ffi
-
-
-def _place(unit: Unit, rung: int, instruction: int) -> Place:
-    code = unit.rungs[rung]
-    instr = code.code[instruction]
-    return Place(unit.name, code.key, instruction, instr.element, instr.span or code.span)

@@ -30,6 +30,7 @@ class CompilerFailed(Exception):
     """The compiler refused a file; ``output`` is what it said."""
 
     def __init__(self, command: str, output: str) -> None:
+        self.output = output
         lines = output.strip().splitlines() or ["it says nothing"]
         super().__init__(f"the C compiler `{command}` failed: {' '.join(lines[:3])}")
 

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, convert, structs
 
-from ldc.backends import findings
+from ldc.backends.firmware import findings
 from ldc.diagnostics import Diagnostics
 from ldc.reading import read_source
 from ldc.source import SourceFile

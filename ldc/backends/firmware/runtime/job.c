@@ -3,7 +3,7 @@
 #include "firmware.h"
 
 enum { SYS_OPEN = 1, SYS_CLOSE = 2, SYS_WRITE = 5, SYS_READ = 6 };
-enum { MAGIC = 0x4A43444C, BUFFER = 1024, WORDS = 64 };
+enum { MAGIC = 0x4A43444C, BUFFER = 1024, WORDS = 32 };
 
 static uint32_t call(uint32_t operation, const void *argument) {
     register uint32_t r0 __asm__("r0") = operation;

@@ -1,0 +1,50 @@
+"""Runs an image in QEMU: the job goes in as a file, the trace comes out as one (docs/firmware.md)."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+from ldc.backends.firmware import findings
+from ldc.backends.firmware import tools
+from ldc.backends.firmware.board import Board
+from ldc.components import toolchain
+from ldc.diagnostics import Diagnostics
+
+JOB, TRACE = "ldc.job", "ldc.trace"
+_TRAP = re.compile(r"ldc: trap cfsr=([0-9a-f]{8}) pc=([0-9a-f]{8}) lr=([0-9a-f]{8})")
+_NO_ROOM = 5
+
+
+def run(board: Board, elf: Path, job: bytes, timeout: float, diagnostics: Diagnostics,
+        options: tuple[str, ...] = ()) -> bytes | None:
+    """The trace of a job; None, with findings, when QEMU is not there, ends badly, or does not end within
+    ``timeout`` seconds. Raises OSError when there is no room for files."""
+    path = toolchain.find(toolchain.QEMU_ARM, diagnostics)
+    if path is None:
+        return None
+    elf = elf.resolve()
+    with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
+        (Path(folder) / JOB).write_bytes(job)
+        command = [path, "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial", "stdio",
+                   "-semihosting-config", "enable=on,target=native", *options, "-kernel", str(elf)]
+        try:
+            done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
+                                  timeout=timeout, check=False)
+        except subprocess.TimeoutExpired:
+            findings.no_end(diagnostics, board.name, timeout)
+            return None
+        said = (done.stdout + done.stderr).decode("utf-8", "replace")
+        if done.returncode == 0:
+            return (Path(folder) / TRACE).read_bytes()
+        if trap := _TRAP.search(said):
+            status, pc, lr = (int(digits, 16) for digits in trap.groups())
+            where = tools.line_of(elf, pc) or tools.line_of(elf, lr & ~1)
+            findings.trap(diagnostics, board.name, status, pc, where)
+        elif done.returncode == _NO_ROOM:
+            findings.too_much_watched(diagnostics, board.name)
+        else:
+            findings.qemu_failed(diagnostics, board.qemu.machine, done.returncode, said)
+    return None

@@ -1,0 +1,76 @@
+"""A FirmwarePlan into an image: the ARM compiler for what no cache holds, a link, the bytes for the flash."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from ldc.backends.firmware import findings
+from ldc.backends.c import gcc
+from ldc.backends.firmware.plan import FirmwarePlan
+from ldc.components import toolchain
+from ldc.diagnostics import Diagnostics
+
+_OVERFLOW = re.compile(r"region `(FLASH|RAM)\w*' overflowed by (\d+) bytes")
+
+
+@dataclass(frozen=True, slots=True)
+class Firmware:
+    """What a build gave: ``elf``, ``bin`` and the linker's ``map``; ``objects`` by the names of their files;
+    ``compiled``: files that gcc ran for."""
+
+    plan: FirmwarePlan
+    elf: Path
+    bin: Path
+    map: Path
+    objects: dict[str, str]
+    compiled: tuple[str, ...]
+
+
+def build(plan: FirmwarePlan, folder: Path, name: str, diagnostics: Diagnostics) -> Firmware | None:
+    """The image in ``folder``, as ``name`` with the endings .elf, .bin and .map; None with findings. Raises
+    OSError when a folder cannot be written."""
+    try:
+        compiler = gcc.find_compiler(diagnostics, toolchain.ARM_GCC)
+        return None if compiler is None else _built(plan, folder, name, compiler)
+    except gcc.CompilerFailed as error:
+        sizes = {"FLASH": plan.board.flash.size, "RAM": plan.board.ram.size}
+        found = _OVERFLOW.search(error.output)
+        if found is None:
+            findings.arm_compiler_failed(diagnostics, error)
+        else:
+            findings.does_not_fit(diagnostics, plan.board.name, found[1], sizes[found[1]], int(found[2]))
+    return None
+
+
+def _built(plan: FirmwarePlan, folder: Path, name: str, compiler: gcc.Compiler) -> Firmware:
+    objects, compiled = gcc.compiled(plan.files, plan.headers, plan.flags, compiler, gcc.cache_folder())
+    folder.mkdir(parents=True, exist_ok=True)
+    elf, binary, map_, script = (folder / f"{name}{end}" for end in (".elf", ".bin", ".map", ".ld"))
+    script.write_text(plan.script, encoding="utf-8")
+    gcc.run([compiler.path, *plan.board.cpu, "-nostartfiles", "-Wl,--gc-sections,--no-warn-rwx-segments", "-T",
+             str(script), f"-Wl,-Map={map_}", "-o", str(elf), *map(str, objects), "-lm", "-lc", "-lgcc"])
+    gcc.run([_beside(compiler.path, "objcopy"), "-O", "binary", str(elf), str(binary)])
+    names = {path.name: file.name for path, file in zip(objects, plan.files, strict=True)}
+    return Firmware(plan, elf, binary, map_, names, compiled)
+
+
+def _beside(compiler: str, tool: str) -> str:
+    """A tool that comes with the compiler: ``arm-none-eabi-gcc`` has an ``arm-none-eabi-objcopy``."""
+    folder, name = os.path.split(compiler)
+    stem = re.sub(r"gcc(-[\d.]+)?$", "", name)
+    return os.path.join(folder, f"{stem}{tool}")
+
+
+def line_of(firmware: Path, address: int) -> str | None:
+    """``file:line`` of an address of the code, None when it is not known."""
+    path = toolchain.find(toolchain.ARM_GCC)
+    if path is None:
+        return None
+    done = subprocess.run([_beside(path, "addr2line"), "-e", str(firmware), hex(address)], capture_output=True,
+                          text=True, check=False)
+    text = done.stdout.strip()
+    return text if done.returncode == 0 and text and "?" not in text else None

@@ -1,0 +1,89 @@
+"""Firmware for a command: what a machine knows of tasks and places goes into a plan, an image, and into QEMU."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from ldc import pipeline
+from ldc.backends.firmware import board, plan, qemu, tools
+from ldc.backends.firmware.board import Board
+from ldc.backends.firmware.plan import FirmwarePlan, TaskPlan
+from ldc.backends.firmware.tools import Firmware
+from ldc.cli.console import Failure, UsageError, report
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.il import block
+from ldc.manifest import Manifest
+from runtime.firmware.machine import Machine
+from runtime.stimuli import Stimuli
+
+TIMEOUT = 120.0
+"""Seconds that QEMU may take; LDC_QEMU_TIMEOUT says another number."""
+
+
+def chosen(target: str, wanted: str | None) -> tuple[Board, Path | None]:
+    """The board of a target and the folder of its file. Raises Invalid."""
+    diagnostics = Diagnostics()
+    found = board.find(target, wanted, diagnostics)
+    if found is None:
+        raise Invalid(diagnostics)
+    return found
+
+
+def machine(result: pipeline.Compiled, resource: int, period: int | None, manifest: Manifest | None) -> Machine:
+    """The machine that goes through what the firmware did, before it is built."""
+    memory = block.make(result.program, result.image.layout, resource)
+    return Machine(result.program, resource, period or (manifest.period if manifest else None), block=memory, parts=())
+
+
+def planned(made: Machine, on: Board) -> FirmwarePlan:
+    """All files of the firmware for a machine, which then knows the map of the code."""
+    tasks = [TaskPlan(s.task.name, s.task.interval or 0, s.task.watchdog, s.runs, made.single_spot(s),
+                      made.safe_values(s)) for s in made.schedules]
+    if len(tasks) > plan.TASKS_MOST:
+        raise Failure(f"firmware runs at most {plan.TASKS_MOST} tasks, this project has {len(tasks)}")
+    found = plan.plan(made.block, on, made.period_ns, tasks)
+    made.parts = found.code.map
+    return found
+
+
+def built(found: FirmwarePlan, folder: Path, name: str) -> Firmware:
+    """The image. Raises Invalid and Failure."""
+    diagnostics = Diagnostics()
+    try:
+        firmware = tools.build(found, folder, name, diagnostics)
+    except OSError as error:
+        raise Failure(f"cannot write firmware: {error}") from error
+    if firmware is None:
+        raise Invalid(diagnostics)
+    report(diagnostics)
+    return firmware
+
+
+def run(made: Machine, firmware: Firmware, names: Sequence[str], scans: int, stimuli: Stimuli) -> None:
+    """Executes all scans in QEMU; the machine goes through them afterwards. Raises Invalid and Failure."""
+    on = firmware.plan.board
+    if on.qemu is None:
+        raise UsageError(f"QEMU has no machine for board `{on.name}`")
+    diagnostics = Diagnostics()
+    job = made.job(scans, made.find(names), stimuli)
+    try:
+        trace = qemu.run(on, firmware.elf, job, timeout(), diagnostics)
+    except OSError as error:
+        raise Failure(f"cannot run QEMU: {error}") from error
+    if trace is None:
+        raise Invalid(diagnostics)
+    made.replay(trace)
+
+
+def timeout() -> float:
+    """How long QEMU may take, in seconds. Raises UsageError."""
+    text = os.environ.get("LDC_QEMU_TIMEOUT", str(TIMEOUT))
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < 1e6:
+        raise UsageError(f"LDC_QEMU_TIMEOUT is a number of seconds, not `{text}`")
+    return seconds

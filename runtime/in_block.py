@@ -1,0 +1,64 @@
+"""A machine whose variables lie in one block of bytes (``ldc.il.block``): values by their places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ldc.il import block
+from ldc.il.block import Block, Spot
+from ldc.il.homes import Home
+from ldc.types import Array
+from runtime import machine
+from runtime.layout import Layout, Root, lay_out, slot
+from runtime.symbols import Symbol
+
+FIRST_SCAN = 16
+
+
+@dataclass(slots=True, eq=False)
+class InBlock(machine.Machine):
+    """What machines with a block share; ``memory`` is what ``_load`` made of ``plan``."""
+
+    memory: memoryview = field(init=False, repr=False)
+    plan: Block = field(init=False, repr=False)
+    _roots: dict[Home, Spot] = field(init=False, repr=False)
+    _spots: dict[Symbol, Spot] = field(init=False, repr=False)
+
+    def _find_places(self, plan: Block) -> Layout:
+        """The layout of the machine, whose variables lie as in ``plan``."""
+        layout = lay_out(self.program, self.resource)
+        self.plan, self._spots = plan, {}
+        self._roots = {root.home: self._spot_of(root) for root in layout.roots()}
+        return layout
+
+    def _spot_of(self, root: Root) -> Spot:
+        return self.plan.variable(root.path, root.variable)
+
+    def spot(self, symbol: Symbol) -> Spot:
+        """Where the scalar lies in ``memory``."""
+        found = self._spots.get(symbol)
+        if found is None:
+            found = self._spots[symbol] = self._walk(symbol)
+        return found
+
+    def _walk(self, symbol: Symbol) -> Spot:
+        plan = self.plan
+        spot = self._roots[symbol.home]
+        for key in symbol.keys:
+            if isinstance(spot.type, Array):
+                element = spot.type.element
+                size = 1 if spot.bit is not None else plan.measure(element)
+                spot = block.element_spot(spot, key, size, element)
+            else:
+                members = {slot(name): member for name, member in plan.members(spot.type).items()}
+                offset, type_ = members[key]
+                spot = Spot(spot.offset + offset, type_)
+        if symbol.bit is not None:
+            spot = Spot(spot.offset + symbol.bit // 8, symbol.type, symbol.bit % 8)
+        return spot
+
+    def value(self, symbol: Symbol) -> object:
+        return block.read(self.memory, self.spot(symbol))
+
+    def assign(self, symbol: Symbol, value: object) -> None:
+        block.write(self.memory, self.spot(symbol), value)
