@@ -120,7 +120,7 @@ def may_fault(expr: Apply | Load) -> bool:
     """Whether evaluating the node itself (not its arguments) can end in a run-time fault: a division by
     what is no constant other than 0, an index that is computed."""
     if isinstance(expr, Load):
-        return any(isinstance(i, Load) for s in expr.place.steps if isinstance(s, IndexStep) for i in s.indexes)
+        return bool(expr.place.steps) and any(isinstance(i, Load) for s in expr.place.steps if isinstance(s, IndexStep) for i in s.indexes)
     if expr.op not in ("DIV", "MOD", "DIVTIME"):
         return False
     divisor = expr.args[1]
@@ -238,8 +238,10 @@ class _Structure:
         return self.spilled(value) if self.alone(value.expr) else value
 
     def apply(self, op: str, args: tuple[_Value, ...], type_: Type) -> _Value:
-        reads = frozenset().union(*(a.reads for a in args))
-        depth = 1 + max((a.depth for a in args), default=0)
+        reads, depth = _NOTHING, 0
+        for arg in args:
+            reads, depth = reads | arg.reads, max(depth, arg.depth)
+        depth += 1
         value = _Value(Apply(op, tuple(a.expr for a in args), type_), reads, depth)
         return self.spilled(value) if depth >= DEEPEST or self.alone(value.expr) else value
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 from ldc.expr import Const
 from ldc.library.values import to_real
@@ -28,6 +29,7 @@ def suffix(type_: Type) -> str:
     return f"{sign}{max(kind.bits, 8)}"
 
 
+@cache
 def c_type(type_: Type) -> str:
     """The C type of a scalar that is no string."""
     kind: Elementary = storage(type_)

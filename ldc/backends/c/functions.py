@@ -13,6 +13,7 @@ from ldc.library.time import ALIASES
 from ldc.types import LREAL, REAL, Elementary, String, Type, storage
 
 _SIGNS = {"AND": "&", "OR": "|", "XOR": "^", "ADD": "+", "SUB": "-", "MUL": "*"}
+_LOGIC = ("AND", "OR", "XOR")
 _COMPARE = {"GT": ">", "GE": ">=", "EQ": "==", "NE": "!=", "LE": "<=", "LT": "<"}
 _MATH = ("SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN")
 _INTEGERS = ("int", "uint", "bits", "bool")
@@ -28,6 +29,8 @@ Args = list[tuple[str, Type]]
 
 def scalar(op: str, args: Args, result: Type) -> str:
     """The C expression of a pure function; the divisor of a division was tested before."""
+    if op in _LOGIC and len(args) == 2:
+        return f"({args[0][0]} {_SIGNS[op]} {args[1][0]})"
     op = ALIASES.get(op, op)
     op = _TIMED.get(op, op)
     texts = [text for text, _ in args]
@@ -131,7 +134,7 @@ def _alone(op: str, arg: tuple[str, Type], result: Type) -> str:
 def _pair(op: str, left: tuple[str, Type], right: tuple[str, Type], result: Type) -> str:
     (a, a_type), (b, b_type), out = left, right, storage(result)
     a_kind, b_kind = storage(a_type), storage(b_type)
-    if op in ("AND", "OR", "XOR"):
+    if op in _LOGIC:
         return f"({a} {_SIGNS[op]} {b})"
     if out.kind == "time" and b_kind.kind == "real":
         return f"ldc_to_i64((double){a} {'*' if op == 'MUL' else '/'} {b}, INT64_MIN, INT64_MAX)"

@@ -52,6 +52,8 @@ class Reach:
 
 def c_name(name: str) -> str:
     """An IEC name or path as a part of a C identifier."""
+    if name.isascii() and name.isidentifier():
+        return name
     return "".join(c if c.isascii() and c.isalnum() or c == "_" else f"x{ord(c):x}_" for c in name)
 
 

@@ -120,7 +120,7 @@ def _structured(block: Block, unit: Unit, run: str | None) -> Structured:
     outer = Names(block, unit, run)
 
     def by_itself(expr: Apply | Load) -> bool:
-        if isinstance(expr, Load) and isinstance(expr.type, Array):
+        if isinstance(expr, Load) and isinstance(expr.place.type, Array):
             # Arrays of image bits have no address that a value could be given by.
             return outer.reach(expr.place).address.bit is not None
         return alone(expr)

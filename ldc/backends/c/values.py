@@ -64,6 +64,7 @@ class Values:
     declared: dict[str, str] = field(default_factory=dict)
     at: int = 0
     _temporaries: int = 0
+    _texts: dict[tuple[str, bool], str] = field(default_factory=dict)
 
     def where(self) -> str:
         """The arguments that tell a function of faults where it was."""
@@ -83,7 +84,14 @@ class Values:
             case Const():
                 return self.shared.constant(string_bytes(expr)) if is_string(expr.type) else literal(expr)
             case Load(place):
-                return self.read(self.names.reach(place).address)
+                if place.steps:
+                    return self.read(self.names.reach(place).address)
+                # Most operands are plain variables, used again and again.
+                known = place.root, place.is_global
+                text = self._texts.get(known)
+                if text is None:
+                    text = self._texts[known] = self.read(self.names.reach(place).address)
+                return text
             case Apply(op, args):
                 return functions.scalar(op, [(self.expr(a), a.type) for a in args], expr.type)
         raise TypeError(expr)
