@@ -17,6 +17,7 @@ from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
 from ldc.components.descriptor import Component
 from ldc.components.find import body_sources
 from ldc.components.project import Native
+from ldc.components.toolchain import Tool
 from ldc.diagnostics import Diagnostics
 from ldc.il.external import Binding, Shared
 from ldc.il.layout import measure
@@ -81,7 +82,7 @@ def memory_of(globals_: Iterable[Variable], processor: str = "master") -> Addres
 def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics) -> bool:
     """Whether the sources of a component can be rewritten for the master; findings when not."""
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
-        return _rewrite(native, memory_of(globals_), Path(folder), diagnostics) is not None
+        return rewritten(native, memory_of(globals_), Path(folder), diagnostics) is not None
 
 
 def build(
@@ -91,7 +92,7 @@ def build(
     memory = memory_of(globals_)
     component = native.component
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
-        made = _rewrite(native, memory, Path(folder), diagnostics)
+        made = rewritten(native, memory, Path(folder), diagnostics)
         if made is None:
             return None
         texts, reads, writes = made
@@ -121,14 +122,20 @@ def build(
     return Binding(native.unit.name, library, component.entry, size, shared)
 
 
-def _rewrite(
-    native: Native, memory: AddressMap, folder: Path, diagnostics: Diagnostics
+def rewritten(
+    native: Native,
+    memory: AddressMap,
+    folder: Path,
+    diagnostics: Diagnostics,
+    tools: tuple[Tool, Tool] = (toolchain.GCC, toolchain.GXX),
 ) -> tuple[list[str], set[tuple[str, str]], set[tuple[str, str]]] | None:
+    """The sources of a component for the processor of ``memory``, the symbols that they read and those that they
+    write; None with findings. ``folder`` takes the generated header; ``tools`` are the compilers of C and C++."""
     component = native.component
     sources = body_sources(component, diagnostics)
     if sources is None or not header.check_types(native.unit, diagnostics):
         return None
-    compiler = toolchain.find(toolchain.GXX if component.language == "c++" else toolchain.GCC, diagnostics)
+    compiler = toolchain.find(tools[component.language == "c++"], diagnostics)
     if compiler is None:
         return None
     generated = folder / header.file_name(component)
