@@ -51,7 +51,7 @@ RUNG
     [TRUE] (alive)
 END_PROGRAM
 """
-COMMANDS = ("new", "check", "compile", "run", "fmt", "draw", "bench", "explain", "doctor")
+COMMANDS = ("new", "check", "compile", "build", "run", "fmt", "draw", "bench", "explain", "doctor")
 
 
 @pytest.fixture
@@ -106,13 +106,13 @@ def test_help_names_every_command_and_version_is_told(ldc) -> None:
         (["check"], "missing: SRC"),
         (["check", "main.ld", "--fromat", "json"], "unrecognized arguments: --fromat json"),
         (["check", "main.ld", "--format", "jsno"], "did you mean `json`?"),
-        (["compile", "main.ld", "--emit", "st"], "unknown choice `st`"),
+        (["compile", "main.ld", "--emit", "sh"], "unknown choice `sh`"),
         (["compile", "main.ld", "--format", "dot"], "--format is for --emit graph"),
         (["compile", "main.ld", "--max-paren-depth", "-1"], "not a whole number from 0"),
         (["run", "main.ld", "--for", "20"], "write a number and a unit"),
         (["run", "main.ld", "--scans", "0"], "not a whole number above 0"),
         (["run", "main.ld", "--scans", "5", "--for", "2s"], "not allowed with argument"),
-        (["run", "main.ld", "--engine", "native"], "unknown choice `native`"),
+        (["run", "main.ld", "--engine", "nativ"], "did you mean `native`?"),
         (["run", "main.ld", "--watch", "motro"], "did you mean `motor`?"),
         (["draw", "main.ld", "--rung", "seal-in"], "did you mean `seal_in`?"),
         (["explain", "LD0009"], "no page `LD0009`"),
