@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ldc.parser import lr, tables
-from ldc.parser.declarations import FileBuilder
+from ldc.parser.chart_rules import ChartBuilder
 
 
 @pytest.fixture
@@ -48,5 +48,5 @@ def test_a_cache_folder_that_cannot_be_written_is_no_error(fresh: Path) -> None:
 def test_every_rule_has_its_action() -> None:
     """``bind`` looks each one up; a rule without one would fail only when it is first used."""
     names = {action for _, _, action in tables.tables().rules if action}
-    assert names <= set(dir(FileBuilder))
-    assert lr.bind(tables.tables(), FileBuilder.__new__(FileBuilder))
+    assert names <= set(dir(ChartBuilder))
+    assert lr.bind(tables.tables(), ChartBuilder.__new__(ChartBuilder))
