@@ -3,7 +3,19 @@
 from __future__ import annotations
 
 import pytest
-from plcopen_xml import pou, project
+from plcopen_xml import (
+    block,
+    coil,
+    contact,
+    fbd,
+    ladder,
+    pou,
+    project,
+    rail,
+    result,
+    value,
+    variables,
+)
 from test_plcopen import built, compiled, run, said
 
 VALUES = "a b c q w : BOOL; i j k : INT; x y : REAL; t : TON; n : CTU; u : WORD"
@@ -36,7 +48,8 @@ def test_arguments_without_a_value_are_none() -> None:
 
 
 def test_a_block_may_end_without_a_semicolon() -> None:
-    xml = statements("IF a THEN q := b; END_IF FOR i := 1 TO 3 DO j := j + i; END_FOR\nCASE i OF 4: k := 7; END_CASE")
+    xml = statements("IF a THEN q := b; END_IF FOR i := 1 TO 3 DO j := j + i; END_FOR\n"
+                     "CASE i OF 4: k := 7; END_CASE")
     assert run(xml, [{"a": 1, "b": 1}], "q j k") == ["1 6 7"]
 
 
@@ -48,7 +61,8 @@ def test_pragmas_are_left_out_and_told_once() -> None:
 
 @pytest.mark.parametrize("pragma", ["{IF defined (x)}", "{{extern int i; i = 3;}}", "{__SET_VAR(d->,x,,1)}", "{"])
 def test_pragmas_that_do_something_are_no_comments(pragma: str) -> None:
-    (found,) = [text for text in findings(statements(f"q := a;\n{pragma}\nw := b;")) if text.startswith("LD0151")]
+    told = findings(statements(f"q := a;\n{pragma}\nw := b;"))
+    (found,) = [text for text in told if text.startswith("LD0151")]
     assert found.startswith("LD0151 PLCopen XML: the pragma `{")
 
 
@@ -74,9 +88,166 @@ def test_values_of_enumerations_with_the_name_of_their_type() -> None:
 
 
 def test_a_variable_hides_a_type_of_its_name() -> None:
-    record = ('<dataType name="Point"><baseType><struct><variable name="red"><type><INT/></type></variable></struct>'
-              "</baseType></dataType>")
+    record = ('<dataType name="Point"><baseType><struct><variable name="red"><type><INT/></type></variable>'
+              "</struct></baseType></dataType>")
     xml = statements("Colour.red := 7; i := Colour.red;", "Colour : Point; i : INT", record + COLOUR)
     assert run(xml, [{}], "i") == ["7"]
 
 
+
+
+# ---- drawings
+
+
+def test_negated_coils_that_store() -> None:
+    """They store when there is no power; power goes by them as it is."""
+    xml = ladder(VALUES, rail(), contact(2, "a"), coil(3, "q", 2, negated="true", storage="set"),
+                 coil(4, "w", 3))
+    assert run(xml, [{"a": 1}, {"a": 0}, {"a": 1}], "q w") == ["0 1", "1 0", "1 1"]
+    xml = ladder(f"{VALUES}; z : BOOL = TRUE", rail(), contact(2, "a"),
+                 coil(3, "z", 2, negated="true", storage="reset"))
+    assert run(xml, [{"a": 1}, {"a": 0}, {"a": 1}], "z") == ["1", "0", "0"]
+
+
+def counted(first: int, *numbers: int) -> str:
+    """`i := i * 2` and `i := i + 1` (with the order of execution), the second drawn above the first."""
+    doubled, added = numbers
+    return fbd("i : INT", value(1, "i"), value(2, "2"), value(3, "1"),
+               block(4, "MUL", {"IN1": 1, "IN2": 2}, ("OUT",), at=(40, 90), executionOrderId=first + doubled),
+               result(5, "i", "4.OUT", at=(80, 90), executionOrderId=first + doubled + 1),
+               block(6, "ADD", {"IN1": 1, "IN2": 3}, ("OUT",), at=(40, 10), executionOrderId=first + added),
+               result(7, "i", "6.OUT", at=(80, 10), executionOrderId=first + added + 1))
+
+
+@pytest.mark.parametrize("first", [0, 1, 7])
+def test_the_order_of_execution_may_count_from_0(first: int) -> None:
+    assert run(counted(first, 0, 2), [{"i": 3}], "i") == ["7"]
+    assert run(counted(first, 2, 0), [{"i": 3}], "i") == ["8"]
+
+
+def test_0_is_no_order_of_execution_when_all_have_it() -> None:
+    xml = counted(1, 0, 2)
+    for number in range(1, 5):
+        xml = xml.replace(f'executionOrderId="{number}"', 'executionOrderId="0"')
+    assert run(xml, [{"i": 3}], "i") == ["8"]
+
+
+# ---- inputs that the program writes
+
+
+def located(body: str, *placed: tuple[str, str, str], sections: str = "") -> str:
+    """A program whose variables are (name, address, type)."""
+    lines = "".join(f'<variable name="{name}" address="{address}"><type><{type_}/></type></variable>'
+                    for name, address, type_ in placed)
+    return (f'<pou name="main" pouType="program"><interface>{sections}<localVars>{lines}</localVars></interface>'
+            f"<body>{body}</body></pou>")
+
+
+@pytest.mark.parametrize("body", [
+    f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'q', 2)}</LD>",
+    f"<LD>{rail()}{block(4, 'MOVE', {'EN': 1, 'IN': 5}, ('ENO', 'OUT'))}{value(5, 'a')}"
+    f"{result(3, 'q', '4.OUT')}</LD>", "<ST>IF a THEN q := TRUE; ELSE q := FALSE; END_IF;</ST>"])
+def test_an_input_that_is_written_is_an_ordinary_variable(body: str) -> None:
+    xml = project(located(body, ("a", "%IX0.0", "BOOL"), ("q", "%IX0.1", "BOOL")))
+    assert findings(xml) == ["LD0149 `q` is the input %IX0.1, and the program writes it"]
+    assert run(xml, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
+    (variables,) = built(xml).project.files[0].pous[0].var_blocks
+    assert [v.location for v in variables.variables] == ["%IX0.0", None]
+
+
+def test_an_input_that_two_variables_share_keeps_its_address() -> None:
+    body = f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'q', 2)}</LD>"
+    xml = project(located(body, ("a", "%IX0.1", "BOOL"), ("q", "%IX0.1", "BOOL")))
+    assert [found[:6] for found in findings(xml)] == ["LD0503"]
+
+
+def test_a_global_input_that_a_program_writes() -> None:
+    external = '<externalVars><variable name="g"><type><BOOL/></type></variable></externalVars>'
+    program = located(f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'g', 2)}</LD>", ("a", "%IX0.0", "BOOL"),
+                      sections=external)
+    declared = ('<globalVars><variable name="g" address="%IX0.7"><type><BOOL/></type></variable>'
+                '<variable name="h" address="%IX0.6"><type><BOOL/></type></variable></globalVars>')
+    instances = (f'<configurations><configuration name="c"><resource name="r"><task name="t" interval="T#20ms" '
+                 f'priority="0"><pouInstance name="p" typeName="main"/></task>{declared}</resource>'
+                 "</configuration></configurations>")
+    xml = project(program, instances=instances)
+    assert findings(xml) == ["LD0149 `g` is the input %IX0.7, and the program writes it"]
+    assert run(xml, [{"p.a": 1}], "g h") == ["1 0"]
+
+
+# ---- declarations
+
+
+TEXT = ("FUNCTION_BLOCK made {attribute 'x'}\nVAR_INPUT\n  a : BOOL; // a &lt; b\nEND_VAR\nVAR_OUTPUT q : BOOL; "
+        "END_VAR\nVAR\n {attribute 'hide'} n : ARRAY [0..2] OF INT := [1, 2, 3];\nEND_VAR\n")
+IN_TEXT = {
+    "as CODESYS keeps it": '<data name="http://www.3s-software.com/plcopenxml/interfaceasplaintext">'
+    f'<InterfaceAsPlainText><xhtml xmlns="http://www.w3.org/1999/xhtml">{TEXT}</xhtml></InterfaceAsPlainText>'
+    "</data>",
+    "as Bachmann keeps it": '<data name="www.bachmann.at/plc/plcopenxml"><textDeclaration><content>'
+    f"{TEXT}</content></textDeclaration></data>"}
+
+
+@pytest.mark.parametrize("data", IN_TEXT.values(), ids=IN_TEXT)
+@pytest.mark.parametrize("inside", [True, False])
+def test_declarations_that_are_text_only(data: str, inside: bool) -> None:
+    data = f"<addData>{data}</addData>"
+    interface = f"<interface><localVars/>{data}</interface>" if inside else "<interface/>"
+    block_ = (f'<pou name="made" pouType="functionBlock">{interface}<body><ST>q := a AND n[2] = 3;</ST></body>'
+              f"{'' if inside else data}</pou>")
+    xml = project(block_, pou("<ST>f(a := TRUE, q =&gt; q);</ST>", "f : made; q : BOOL"))
+    assert run(xml, [{}], "q") == ["1"]
+
+
+def test_a_type_that_is_written_out() -> None:
+    names = ("STRING(3)", "STRING[4]", "ARRAY [0..2] OF INT")
+    lines = "".join(f'<variable name="v{at}"><type><derived name="{name}"/></type></variable>'
+                    for at, name in enumerate(names))
+    lines += variables("i : INT")
+    xml = project(f'<pou name="main" pouType="program"><interface><localVars>{lines}</localVars>'
+                  "</interface><body><ST>v0 := CONCAT('ab', 'cde'); v1 := CONCAT('ab', 'cde'); v2[2] := LEN(v0); "
+                  "i := LEN(v1) * v2[2];</ST></body></pou>")
+    assert run(xml, [{}], "i") == ["12"]
+
+
+# ---- blocks that Beremiz and OpenPLC bring along
+
+
+def test_an_additional_block_comes_with_what_it_needs() -> None:
+    xml = statements("f(AUTO := TRUE, PV := 3.0, SP := 1.0, KP := 2.0, TR := 1.0, TD := 0.0, CYCLE := T#500ms); "
+                     "x := f.XOUT;", "f : PID; x : REAL")
+    result_ = built(xml)
+    assert not said(result_)
+    assert [p.name for p in result_.project.files[0].pous] == ["main", "INTEGRAL", "DERIVATIVE", "PID"]
+    assert run(xml, [{}, {}], "x") == ["6", "8"]  # 2 * (2 + the integral of 2 over 0.5 s each)
+
+
+def test_a_block_of_the_file_goes_before_an_additional_one() -> None:
+    own = pou("<ST>Q := NOT Q;</ST>", "", name="SEMA", kind="functionBlock",
+              sections=f"<outputVars>{variables('Q : BOOL')}</outputVars>")
+    xml = project(own, pou("<ST>s1(); q := s1.Q;</ST>", "s1 : SEMA; q : BOOL"))
+    assert run(xml, [{}, {}], "q") == ["1", "0"]
+
+
+def test_a_semaphore_a_ramp_and_a_hysteresis() -> None:
+    xml = statements("s1(CLAIM := a, RELEASE := b, BUSY => q);", f"{VALUES}; s1 : SEMA")
+    assert run(xml, [{"a": 1}, {}, {"a": 0}, {"b": 1}, {"b": 0}], "q") == ["0", "1", "1", "0", "0"]
+    xml = statements("r1(RUN := a, X0 := 2.0, X1 := 6.0, TR := T#40ms, CYCLE := T#10ms, BUSY => q, XOUT => x);",
+                     f"{VALUES}; r1 : RAMP")
+    assert run(xml, [{}, {"a": 1}, {}, {}, {}, {}], "q x") == ["0 2", "1 2", "1 3", "1 4", "1 5", "0 6"]
+    xml = statements("h(XIN1 := x, XIN2 := 5.0, EPS := 1.0, Q => q);", f"{VALUES}; h : HYSTERESIS")
+    assert run(xml, [{"x": 6.0}, {"x": 6.5}, {"x": 4.0}, {"x": 3.9}], "q") == ["0", "1", "1", "0"]
+
+
+def test_the_derivative_of_a_ramp_is_its_slope() -> None:
+    xml = statements("d1(RUN := a, XIN := x, CYCLE := T#100ms, XOUT => y);", f"{VALUES}; d1 : DERIVATIVE")
+    rows = [{"a": 0, "x": 0.0}, *({"a": 1, "x": 2.0 * step} for step in range(1, 6))]
+    assert run(xml, rows, "y")[-1] == "20"
+
+
+def test_a_clock_is_set_by_an_edge() -> None:
+    xml = statements("r1(IN := a, PDT := DT#2026-01-01-00:00:00, Q => q, CDT => when); "
+                     "i := TIME_TO_INT((when - DT#2026-01-01-00:00:00) / 10);", f"{VALUES}; r1 : RTC; when : DT")
+    rows = run(xml, [{}, {"a": 1}, {}, {}], "q i")
+    assert [row[0] for row in rows] == ["0", "1", "1", "1"]
+    assert [row[2:] for row in rows[1:]] == ["0", "1", "2"]

@@ -20,6 +20,7 @@ POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
 _STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", "VAR_GLOBAL"))
 _ENDS = frozenset(f"END_{kind}" for kind in (*POUS, "TYPE", "CONFIGURATION", "RESOURCE", "VAR"))
 _STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK"}
+_SECTIONS = frozenset(SECTIONS)
 _LANGUAGES = {".st": "ST", ".il": "IL"}
 
 
@@ -49,6 +50,11 @@ def parse_type(source: SourceFile, start: int, end: int, diagnostics: Diagnostic
     """The type that the characters ``start`` to ``end`` of a source name: ``REAL``, ``ARRAY [0..9] OF INT``."""
     tokens = lex(source, start, end)
     return Units(tokens, diagnostics).parse("single_type", 0, len(tokens.types), "type")
+
+
+def parse_sections(tokens: Tokens, diagnostics: Diagnostics) -> tuple[ast.VarBlock, ...]:
+    """The sections `VAR ... END_VAR` among the tokens; what stands between them is not looked at."""
+    return Reader(tokens, diagnostics).sections()
 
 
 class Reader:
@@ -88,6 +94,14 @@ class Reader:
                 self._configuration()
             else:
                 self._outside()
+
+    def sections(self) -> tuple[ast.VarBlock, ...]:
+        found = []
+        self._seek(_SECTIONS)
+        while self.at < len(self.types):
+            found.append(self._section())
+            self._seek(_SECTIONS)
+        return tuple(found)
 
     # ---- helpers
 

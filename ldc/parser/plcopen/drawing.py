@@ -93,6 +93,7 @@ class Drawing:
         self.labels: list[Node] = []
         self.broken = False
         self.placeholders: set[str] = set()
+        self._first = _first_number(body)
         for index, node in enumerate(body.children):
             if node.tag in ("comment", "vendorElement"):
                 self.notes.append(node)
@@ -121,7 +122,8 @@ class Drawing:
             return
         number = node.number("executionOrderId")
         element = Element(id_, node, ())
-        element.order = (0, number, index) if number > 0 else (1, *element.position, index)
+        numbered = number >= self._first and node.get("executionOrderId")
+        element.order = (0, number, index) if numbered else (1, *element.position, index)
         if node.tag == "block":
             drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
                      for pin in pins.all("variable")]
@@ -236,6 +238,13 @@ class Drawing:
             for pin in element.inputs:
                 pin.sources = frozenset(o for o in first[id(pin)] if o == RAIL
                                         or self.elements[o[0]].kind != "continuation")
+
+
+def _first_number(body: Node) -> int:
+    """The least number of an order of execution: 0 says that there is none, unless they count from there."""
+    numbers = [int(text) for node in body.children
+               if (text := node.get("executionOrderId").strip()).isdecimal() and len(text) < 10]
+    return 0 if len(numbers) > 1 and sorted(numbers) == list(range(len(numbers))) else 1
 
 
 def position(span: Span) -> str:

@@ -52,3 +52,9 @@ def open_pin(diagnostics: Diagnostics, span: Span, where: str, pin: str, what: s
 def loose(diagnostics: Diagnostics, span: Span, where: str, why: str) -> None:
     diagnostics.warning("LD0147", f"{where} {why} and is left out", span, "not part of a rung",
                         help="connect it, or delete it from the drawing")
+
+
+def written_input(diagnostics: Diagnostics, span: Span, name: str, address: str) -> None:
+    diagnostics.warning("LD0149", f"`{name}` is the input {address}, and the program writes it", span,
+                        "loses its address",
+                        help="it keeps what is written; give it an address in %Q or %M, or none")

@@ -62,7 +62,7 @@ class Additions:
     def execute(self, name: str, instance: str, body: st.StatementBody, span: Span) -> list[ast.Pin]:
         """A function block of statements and an instance of it; the pins that give it its variables."""
         written = {n.upper() for n in _written(body.statements)}
-        used = {n.name.upper(): n for n in _nodes(body.statements, ast.Name) if n.name.upper() in self.local}
+        used = {n.name.upper(): n for n in nodes(body.statements, ast.Name) if n.name.upper() in self.local}
         found = {key: replace(self.local[key], location=None, initial=None) for key in used}
         pins: Pins = {"VAR_INPUT": tuple(v for key, v in found.items() if key not in written),
                       "VAR_IN_OUT": tuple(v for key, v in found.items() if key in written), "VAR_OUTPUT": ()}
@@ -125,8 +125,8 @@ def _function_block(
     return ast.Pou("FUNCTION_BLOCK", name, None, None, written, statements, span, span)
 
 
-def _nodes(tree: object, kind: type) -> Iterator:
-    """All nodes of a kind in statements, in order."""
+def nodes(tree: object, kind: type | tuple[type, ...]) -> Iterator:
+    """All nodes of a kind in a body or a part of it, in order."""
     work = [tree]
     while work:
         node = work.pop()
@@ -140,9 +140,9 @@ def _nodes(tree: object, kind: type) -> Iterator:
 
 def _written(tree: object) -> Iterator[str]:
     """The variables that statements may change: assigned, counted by FOR, fed by an output, or called."""
-    targets = [n.target for n in _nodes(tree, st.Assign)] + [n.variable for n in _nodes(tree, st.ForHead)]
-    targets += [n.callee for n in _nodes(tree, st.Invoke)]
-    targets += [n.value for n in _nodes(tree, ast.Argument)]
+    targets = [n.target for n in nodes(tree, st.Assign)] + [n.variable for n in nodes(tree, st.ForHead)]
+    targets += [n.callee for n in nodes(tree, st.Invoke)]
+    targets += [n.value for n in nodes(tree, ast.Argument)]
     for target in targets:
         while isinstance(target, (ast.Member, ast.Index)):
             target = target.base

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
+
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, texts
 from ldc.parser.plcopen.document import Node
+from ldc.parser.reader import parse_type
 from ldc.types import ELEMENTARY
 
 SECTIONS = {
     "localVars": "VAR", "inputVars": "VAR_INPUT", "outputVars": "VAR_OUTPUT", "inOutVars": "VAR_IN_OUT",
     "tempVars": "VAR_TEMP", "externalVars": "VAR_EXTERNAL", "globalVars": "VAR_GLOBAL",
 }
+_WRITTEN_OUT = re.compile(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN", "nonretain": "NON_RETAIN"}
 
 
@@ -54,6 +58,9 @@ def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.Type
         return None
     tag = node.tag
     if tag == "derived":
+        if _WRITTEN_OUT.match(node.get("name")):
+            span = node.attribute("name")
+            return parse_type(span.source, span.start, span.end, diagnostics)
         name = texts.name(node, diagnostics)
         return ast.NamedType(name, None, node.attribute("name")) if name else None
     if tag.upper() in ("STRING", "WSTRING"):

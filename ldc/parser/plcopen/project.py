@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
-from ldc.parser.plcopen import configuration, findings, interface, kept, others, texts
+from ldc.parser.plcopen import additional, configuration, findings, inputs, interface, kept, others, texts, written
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
@@ -50,8 +50,19 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     if lists is not None and lists.renamed:
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
+    pous += _additional(pous, types, loose, configurations)
+    pous, loose, configurations = inputs.without_addresses(pous, loose, configurations, reading)
     return ast.File(source, pous, types, loose, configurations, (), False, tuple(remarks),
                     kept.safe_values(root))
+
+
+def _additional(
+    pous: tuple[ast.Pou, ...], types: tuple[ast.TypeDecl, ...], loose: tuple[ast.VarBlock, ...],
+    configurations: tuple[ast.Configuration, ...],
+) -> tuple[ast.Pou, ...]:
+    shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
+                        for block in holder.var_blocks)]
+    return additional.wanted(pous, shared, (found.name for found in (*pous, *types)))
 
 
 def _named(found: ast.Configuration, lists: Lists, remarks: list[ast.Remark]) -> ast.Configuration:
@@ -102,6 +113,8 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
     declared, result, sections = node.find("interface"), None, ()
     if declared is not None:
         sections = interface.var_blocks(declared, diagnostics)
+    sections = sections or written.sections(node, diagnostics)
+    if declared is not None:
         if kind == "FUNCTION":
             result = interface.type_of(declared.find("returnType"), node, diagnostics)
     return _Head(node, kind, name, result, sections)

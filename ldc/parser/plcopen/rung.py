@@ -159,16 +159,14 @@ class RungWriter:
         text = node.find("variable")
         target = self.expression(text.content if text is not None else None, element)
         modifier = _STORAGE.get(node.get("storage")) or _MODIFIERS.get(node.get("edge"), "")
-        if node.flag("negated"):
-            if modifier:
-                findings.unsupported(
-                    self.diagnostics, node.span,
-                    f"{self.drawing.where}: {element.describe()} is negated and has an edge or a storage",
-                    "a coil does one of these", "draw the negation as a contact before it")
-                self.failed = True
+        net, tail = self.net(element.inputs[0]), self.tail((element.id, ""), node.span)
+        if node.flag("negated") and modifier:
+            if tail is not None:  # power goes by as it is
+                self.add(ast.Contact("", texts.true(node.span), node.span), net, tail)
+            net, tail = self.inverted(net, node.span), None
+        elif node.flag("negated"):
             modifier = "/"
-        item = ast.Coil(modifier, target, node.span)
-        self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), node.span))
+        self.add(ast.Coil(modifier, target, node.span), net, tail)
 
     def _transition(self, element: Element) -> None:
         """What is wired to the condition of a transition goes to the variable with its name."""
