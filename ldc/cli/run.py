@@ -37,18 +37,22 @@ Action = Callable[[], None]
 
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
+    if options.target:
+        from ldc.cli import run_firmware  # loads what only firmware needs
+
+        return run_firmware.run(options)
     sources = read(options.sources)
     live = options.trace is None and is_terminal(sys.stdout)
     # The power of rungs is seen by stepping, which native code does not.
     stepped = live and options.engine == "vm"
     result = compiled(sources, keep=stepped)
     machine = start(result, options.period, sources.manifest, options.engine)
-    stimuli = _stimuli(options.inputs, sources.manifest, machine)
-    names = _watched(options.watch, sources.manifest, machine)
-    scans = _length(options, stimuli, machine)
+    stimuli = stimuli_of(options.inputs, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine)
+    scans = run_length(options, stimuli, machine)
     powers = Powers(machine, result.units) if stepped else None
     table = LiveTable(machine, names, scans, powers) if live else None
-    with _display(options.trace, machine, names, table) as (scan, sample):
+    with displayed(options.trace, machine, names, table) as (scan, sample):
         for _ in range(scans):
             stimuli.apply(machine)
             scan()
@@ -79,7 +83,8 @@ def resource_to_run(result: pipeline.Compiled) -> int:
     return number
 
 
-def _stimuli(inputs: str | None, manifest: Manifest | None, machine: Machine) -> Stimuli:
+def stimuli_of(inputs: str | None, manifest: Manifest | None, machine: Machine) -> Stimuli:
+    """The inputs that are asked for, those of the project, or none. Raises Invalid."""
     path = Path(inputs) if inputs else None
     if path is None and manifest and manifest.inputs:
         path = manifest.folder / manifest.inputs
@@ -93,7 +98,7 @@ def _stimuli(inputs: str | None, manifest: Manifest | None, machine: Machine) ->
     return stimuli
 
 
-def _watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> tuple[str, ...]:
+def watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> tuple[str, ...]:
     """The paths to show: those asked for, those of the project, or all located inputs and outputs."""
     if asked is not None:
         names = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", asked) if name.strip())
@@ -132,7 +137,8 @@ def _short(paths: tuple[str, ...], machine: Machine) -> tuple[str, ...]:
     return tuple(path[len(prefix) :] if path.upper().startswith(prefix) else path for path in paths)
 
 
-def _length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) -> int:
+def run_length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) -> int:
+    """How many scans: as asked for, as many as the inputs are, or ``SCANS``."""
     if options.scans:
         return options.scans
     if options.duration:
@@ -141,7 +147,7 @@ def _length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) -> 
 
 
 @contextmanager
-def _display(
+def displayed(
     trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None
 ) -> Iterator[tuple[Action, Action]]:
     """How a scan is run, and what is done after each."""
