@@ -9,6 +9,7 @@ from typing import NoReturn
 from ldc import __version__
 from ldc.durations import parse_duration
 
+_FIRMWARE = ("cortex-m3", "cortex-m4", "cortex-m33")
 _SRC = "a .ld, .st or .il file, an ldc.toml, or a folder with one"
 
 
@@ -132,6 +133,8 @@ def _run(commands) -> None:
         "--engine", choices=("vm", "native"), default="vm",
         help="vm: IL as Python functions (default); native: IL as C, compiled by gcc"
     )
+    parser.add_argument("--target", choices=_FIRMWARE, help="run firmware for this processor, in QEMU")
+    _board(parser)
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--scans", type=_natural, metavar="N", help="how many scans")
     length.add_argument(
@@ -198,12 +201,21 @@ def _build(commands) -> None:
         commands,
         "build",
         "compile to code of a processor",
-        "  ldc build . --target host -o build    a shared object, its C, and where every variable lies",
+        "  ldc build . --target host -o build    a shared object, its C, and where every variable lies\n"
+        "  ldc build . --target cortex-m3        firmware: .elf, .bin, the map, and how much room it takes",
     )
     _sources(parser)
-    parser.add_argument("--target", choices=("host",), required=True, help="host: this computer, by gcc")
+    parser.add_argument(
+        "--target", choices=("host", *_FIRMWARE), required=True,
+        help="host: this computer, by gcc; others: firmware, by arm-none-eabi-gcc"
+    )
+    _board(parser)
     parser.add_argument("-o", dest="folder", metavar="DIR", default="build", help="the folder to write (build)")
     parser.add_argument("--sanitize", action="store_true", help="let the code check itself (undefined behaviour)")
+
+
+def _board(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--board", metavar="BOARD", help="of firmware: a board of ldc, or a board file (.toml)")
 
 
 def _export(commands) -> None:
