@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ldc.backends.c.emit import HEADER, BuildPlan
@@ -27,12 +27,16 @@ IMAGE, ABOUT = "program.img", "native.json"
 def run(options: argparse.Namespace) -> int:
     """Writes the shared object, its C, a description of its memory, and the image that the next build keeps
     the places of variables from."""
+    if options.target != "host":
+        from ldc.cli import build_firmware  # loads what only firmware needs
+
+        return build_firmware.run(options)
     folder = Path(options.folder)
-    before, areas = _before(folder)
-    result = compiled(read(options.sources), previous=before)
+    layout, areas = before(folder, IMAGE, ABOUT)
+    result = compiled(read(options.sources), previous=layout)
     resource = resource_to_run(result)
     made = artifact(result, resource, folder, areas, options.sanitize)
-    _write_sources(made.plan, folder / "c")
+    write_sources({HEADER: made.plan.header} | {file.name: file.text for file in made.plan.files}, folder / "c")
     for binding in made.plan.bindings:
         write_file(folder / _component(binding), binding.library.read_bytes())
     write_file(folder / IMAGE, result.image.data)
@@ -45,11 +49,11 @@ def run(options: argparse.Namespace) -> int:
     return OK
 
 
-def _before(folder: Path) -> tuple[image.Layout | None, dict[str, int]]:
+def before(folder: Path, image_name: str, about_name: str) -> tuple[image.Layout | None, dict[str, int]]:
     """Layout and areas of the build before in this folder; of one that cannot be read nothing is kept."""
     try:
-        found = json.loads((folder / ABOUT).read_bytes())["areas"]
-        layout = image.load((folder / IMAGE).read_bytes()).layout
+        found = json.loads((folder / about_name).read_bytes())["areas"]
+        layout = image.load((folder / image_name).read_bytes()).layout
         return layout, {area: size for area, size in found.items() if isinstance(size, int) and 0 < size <= 1 << 20}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None, {}
@@ -66,7 +70,7 @@ def about(plan: BuildPlan, library: str) -> dict[str, object]:
                    "programs": [n for n, run in enumerate(part.runs) if run.task.upper() == t.name.upper()]}
                   for t in part.tasks],
         "components": [_component(binding) for binding in plan.bindings],
-        "variables": {path: _place(spot) for path, spot in _variables(block)},
+        "variables": dict(places(block)),
         "initial": bytes(block.initial()).hex(),
     }
 
@@ -74,6 +78,11 @@ def about(plan: BuildPlan, library: str) -> dict[str, object]:
 def _component(binding: Binding) -> str:
     """The file of a component's library in the folder."""
     return f"component-{binding.unit.lower()}.so"
+
+
+def places(block: Block) -> Iterable[tuple[str, dict[str, object]]]:
+    """Path, type and place of every variable."""
+    return ((path, _place(spot)) for path, spot in _variables(block))
 
 
 def _variables(block: Block) -> Iterable[tuple[str, Spot]]:
@@ -92,10 +101,10 @@ def _place(spot: Spot) -> dict[str, object]:
     return where if spot.bit is None else where | {"bit": spot.bit}
 
 
-def _write_sources(plan: BuildPlan, folder: Path) -> None:
+def write_sources(wanted: Mapping[str, str], folder: Path) -> None:
+    """Files by name; other C in the folder is of an older build and goes. Raises Failure."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        wanted = {HEADER: plan.header} | {file.name: file.text for file in plan.files}
         for old in folder.glob("*.[ch]"):
             if old.name not in wanted:
                 old.unlink()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.backends.firmware import board, plan, qemu, tools
+from ldc.backends.c import gcc
+from ldc.backends.firmware import board, components, plan, qemu, tools
 from ldc.backends.firmware.board import Board
 from ldc.backends.firmware.plan import FirmwarePlan, TaskPlan
 from ldc.backends.firmware.tools import Firmware
@@ -31,19 +32,32 @@ def chosen(target: str, wanted: str | None) -> tuple[Board, Path | None]:
     return found
 
 
-def machine(result: pipeline.Compiled, resource: int, period: int | None, manifest: Manifest | None) -> Machine:
-    """The machine that goes through what the firmware did, before it is built."""
-    memory = block.make(result.program, result.image.layout, resource)
+def machine(result: pipeline.Compiled, resource: int, period: int | None, manifest: Manifest | None,
+            areas: Mapping[str, int] | None = None) -> Machine:
+    """The machine that goes through what the firmware did, before it is built. ``areas``: the sizes of I, Q and M
+    of the build before."""
+    memory = block.make(result.program, result.image.layout, resource, areas)
     return Machine(result.program, resource, period or (manifest.period if manifest else None), block=memory, parts=())
 
 
-def planned(made: Machine, on: Board) -> FirmwarePlan:
-    """All files of the firmware for a machine, which then knows the map of the code."""
+def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | None) -> FirmwarePlan:
+    """All files of the firmware for a machine, which then knows the map of the code. ``room``: the folder of a
+    board file. Raises Invalid and Failure."""
     tasks = [TaskPlan(s.task.name, s.task.interval or 0, s.task.watchdog, s.runs, made.single_spot(s),
                       made.safe_values(s)) for s in made.schedules]
     if len(tasks) > plan.TASKS_MOST:
         raise Failure(f"firmware runs at most {plan.TASKS_MOST} tasks, this project has {len(tasks)}")
-    found = plan.plan(made.block, on, made.period_ns, tasks)
+    diagnostics = Diagnostics()
+    memory = components.memory_of(made.block, result.model.globals.values())
+    try:
+        parts = components.build(result.natives, memory, on.cpu, diagnostics)
+        further = [(name, (room / name).read_text(encoding="utf-8")) for name in on.sources] if room else []
+    except (OSError, UnicodeDecodeError, gcc.CompilerFailed) as error:
+        raise Failure(f"cannot make firmware: {error}") from error
+    if diagnostics.has_errors:
+        raise Invalid(diagnostics)
+    report(diagnostics)
+    found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, further)
     made.parts = found.code.map
     return found
 

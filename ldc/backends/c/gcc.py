@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -103,7 +104,7 @@ def compiled(files: Sequence[File], headers: Mapping[str, str], flags: Sequence[
         whole = "\0".join(text for pair in headers.items() for text in pair)
         folder = cache / f"include-{hashlib.sha256(whole.encode()).hexdigest()[:16]}"
         for name, text in headers.items():
-            _write(folder / name, text.encode())
+            placed(text.encode(), folder / name)
         # The longest first, so that no processor waits for the last one alone.
         missing.sort(key=lambda file: -len(file.text))
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
@@ -133,11 +134,15 @@ def _compile(compiler: Compiler, flags: Sequence[str], file: File, headers: Path
         partial.unlink(missing_ok=True)
 
 
-def run(command: Sequence[str], text: str = "") -> None:
-    """A compiler or linker on ``text``. Raises CompilerFailed."""
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False, errors="replace")
+def run(command: Sequence[str], text: str = "") -> str:
+    """What a compiler or a tool of it prints on ``text``. Raises CompilerFailed."""
+    try:
+        done = subprocess.run(command, input=text, capture_output=True, text=True, check=False, errors="replace")
+    except OSError as error:
+        raise CompilerFailed(os.path.basename(command[0]), str(error)) from error
     if done.returncode:
         raise CompilerFailed(os.path.basename(command[0]), done.stderr)
+    return done.stdout
 
 
 def _sanitizers(plan: BuildPlan) -> list[str]:
@@ -145,17 +150,24 @@ def _sanitizers(plan: BuildPlan) -> list[str]:
     return [flag for flag in plan.flags if flag.startswith("-fsanitize")]
 
 
-def _partial(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{secrets.token_hex(6)}")
+def beside(compiler: str, tool: str) -> str:
+    """A tool that comes with a compiler: ``arm-none-eabi-gcc`` has an ``arm-none-eabi-objcopy``."""
+    folder, name = os.path.split(compiler)
+    return os.path.join(folder, re.sub(r"(gcc|g\+\+)(-[\d.]+)?$", tool, name))
 
 
-def _write(path: Path, data: bytes) -> None:
+def placed(data: bytes, path: Path) -> None:
+    """Writes a file that is there whole or not at all, if it is not there."""
     if path.exists():
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = _partial(path)
     partial.write_bytes(data)
     os.replace(partial, path)
+
+
+def _partial(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{secrets.token_hex(6)}")
 
 
 def _prune(cache: Path) -> None:

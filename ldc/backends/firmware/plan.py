@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -12,10 +12,12 @@ import jinja2
 
 from ldc.backends.c import emit
 from ldc.backends.c.emit import BuildPlan, File
+from ldc.backends.firmware import components
 from ldc.backends.firmware.board import Board
+from ldc.backends.firmware.components import Part
+from ldc.components.project import Native
 from ldc.il import changes
 from ldc.il.block import Block, Spot
-from ldc.il.external import Binding
 from ldc.types import Value
 
 FLAGS = ("-std=c11", "-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
@@ -42,11 +44,12 @@ class TaskPlan:
 @dataclass(frozen=True, slots=True)
 class FirmwarePlan:
     """``files`` are compiled with ``flags``, ``headers`` are what they include by name, ``script`` is the
-    linker script. ``code``: the plan of the program that is in it. ``digest`` covers all."""
+    linker script; ``parts``: objects of components. ``code``: the plan of the program that is in it. ``digest`` covers all."""
 
     board: Board
     code: BuildPlan
     files: tuple[File, ...]
+    parts: tuple[Part, ...]
     headers: dict[str, str]
     flags: tuple[str, ...]
     script: str
@@ -54,11 +57,12 @@ class FirmwarePlan:
 
 
 def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan],
-         bindings: Iterable[Binding] = (), further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
-    """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``further``: name and text of
-    more C files."""
+         natives: Sequence[Native] = (), parts: Sequence[Part] = (),
+         further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
+    """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``natives``: its components
+    in C and C++, ``parts`` their objects; ``further``: name and text of more C files."""
     flags = (*FLAGS, *board.cpu)
-    code = emit.plan(memory, flags, bindings)
+    code = emit.plan(memory, flags, map(components.binding, natives))
     headers = {emit.HEADER: code.header, "firmware.h": _read("firmware.h"),
                "board.h": _render("board.h.j2", board=board)}
     reload, ticks = systick(board.clock_hz, period)
@@ -68,8 +72,10 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan],
     own = [(name, _read(name)) for name in (*_RUNTIME, f"uart_{board.uart.kind}.c")]
     if board.qemu is not None:
         own.append(("job.c", _read("job.c")))
+    if parts:
+        own.append(("bind.c", components.bind(parts)))
     own += [
-        ("startup.c", _render("startup.c.j2", board=board)),
+        ("startup.c", _render("startup.c.j2", board=board, components=bool(parts))),
         ("plant.c", _render("plant.c.j2", title=title, size=memory.size, period=period, reload=reload,
                             ticks=ticks, tasks=rows, initial=tuple(changes.from_zero(bytes(memory.initial()))))),
         *further,
@@ -78,7 +84,7 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan],
     made = (*code.files, *(File(name, text, _digest(name, text, common)) for name, text in own))
     script = _render("linker.ld.j2", board=board)
     digest = _digest(script, *(f"{file.name} {file.digest}" for file in made))
-    return FirmwarePlan(board, code, made, headers, flags, script, digest)
+    return FirmwarePlan(board, code, made, tuple(parts), headers, flags, script, digest)
 
 
 def systick(clock_hz: int, period: int) -> tuple[int, int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 from dataclasses import dataclass
@@ -35,7 +34,9 @@ def build(plan: FirmwarePlan, folder: Path, name: str, diagnostics: Diagnostics)
     OSError when a folder cannot be written."""
     try:
         compiler = gcc.find_compiler(diagnostics, toolchain.ARM_GCC)
-        return None if compiler is None else _built(plan, folder, name, compiler)
+        if compiler is None:
+            return None
+        return _built(plan, folder, name, compiler)
     except gcc.CompilerFailed as error:
         sizes = {"FLASH": plan.board.flash.size, "RAM": plan.board.ram.size}
         found = _OVERFLOW.search(error.output)
@@ -48,21 +49,26 @@ def build(plan: FirmwarePlan, folder: Path, name: str, diagnostics: Diagnostics)
 
 def _built(plan: FirmwarePlan, folder: Path, name: str, compiler: gcc.Compiler) -> Firmware:
     objects, compiled = gcc.compiled(plan.files, plan.headers, plan.flags, compiler, gcc.cache_folder())
+    parts = [part.path for part in plan.parts]
     folder.mkdir(parents=True, exist_ok=True)
     elf, binary, map_, script = (folder / f"{name}{end}" for end in (".elf", ".bin", ".map", ".ld"))
     script.write_text(plan.script, encoding="utf-8")
     gcc.run([compiler.path, *plan.board.cpu, "-nostartfiles", "-Wl,--gc-sections,--no-warn-rwx-segments", "-T",
-             str(script), f"-Wl,-Map={map_}", "-o", str(elf), *map(str, objects), "-lm", "-lc", "-lgcc"])
-    gcc.run([_beside(compiler.path, "objcopy"), "-O", "binary", str(elf), str(binary)])
+             str(script), f"-Wl,-Map={map_}", "-o", str(elf), *map(str, (*objects, *parts)), "-lm", "-lc", "-lgcc"])
+    gcc.run([gcc.beside(compiler.path, "objcopy"), "-O", "binary", str(elf), str(binary)])
     names = {path.name: file.name for path, file in zip(objects, plan.files, strict=True)}
+    names |= {part.path.name: f"component {part.native.unit.name}" for part in plan.parts}
     return Firmware(plan, elf, binary, map_, names, compiled)
 
 
-def _beside(compiler: str, tool: str) -> str:
-    """A tool that comes with the compiler: ``arm-none-eabi-gcc`` has an ``arm-none-eabi-objcopy``."""
-    folder, name = os.path.split(compiler)
-    stem = re.sub(r"gcc(-[\d.]+)?$", "", name)
-    return os.path.join(folder, f"{stem}{tool}")
+def address_of(elf: Path, symbol: str) -> int:
+    """The address of a symbol of an image. Raises CompilerFailed when the tools are gone, KeyError for the symbol."""
+    compiler = toolchain.find(toolchain.ARM_GCC) or toolchain.ARM_GCC.command
+    for line in gcc.run([gcc.beside(compiler, "nm"), str(elf)]).splitlines():
+        address, _, name = line.split(maxsplit=2) if line[:1] != " " else ("", "", "")
+        if name == symbol:
+            return int(address, 16)
+    raise KeyError(symbol)
 
 
 def line_of(firmware: Path, address: int) -> str | None:
@@ -70,7 +76,7 @@ def line_of(firmware: Path, address: int) -> str | None:
     path = toolchain.find(toolchain.ARM_GCC)
     if path is None:
         return None
-    done = subprocess.run([_beside(path, "addr2line"), "-e", str(firmware), hex(address)], capture_output=True,
+    done = subprocess.run([gcc.beside(path, "addr2line"), "-e", str(firmware), hex(address)], capture_output=True,
                           text=True, check=False)
     text = done.stdout.strip()
     return text if done.returncode == 0 and text and "?" not in text else None

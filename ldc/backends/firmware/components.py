@@ -1,0 +1,123 @@
+"""Components in C and C++ inside of an image: rewritten with the addresses that its variables have (SPEC 9.4)."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ldc.backends.c import gcc
+from ldc.components import host, toolchain
+from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
+from ldc.components.find import body_sources
+from ldc.components.header import file_name
+from ldc.components.project import Native
+from ldc.components.c_source import INCLUDE
+from ldc.diagnostics import Diagnostics
+from ldc.il.block import Block
+from ldc.il.external import Binding
+from ldc.symbols import Variable
+from ldc.types import Array, Elementary, Enum, Subrange
+
+_TOOLS = toolchain.ARM_GCC, toolchain.ARM_GXX
+_FLAGS = ("-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing", "-ffunction-sections",
+          "-fdata-sections", "-fno-asynchronous-unwind-tables")
+_CXX = ("-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics")
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The object of one component: it shows ``symbol`` alone, its entry."""
+
+    native: Native
+    path: Path
+    symbol: str
+    text: str
+
+
+def binding(native: Native) -> Binding:
+    """How generated code calls a component of the same image: without a window, for it sees the memory itself."""
+    return Binding(native.unit.name, Path(), native.component.entry)
+
+
+def memory_of(block: Block, globals_: Iterable[Variable], processor: str = "master") -> AddressMap:
+    """The globals that C can name, each at its place in the block of the image."""
+    symbols = []
+    for v in globals_:
+        element = v.type
+        while isinstance(element, Array):
+            element = element.element
+        if not isinstance(element, Elementary | Enum | Subrange):
+            continue
+        spot = block.variable(v.name, v)
+        if spot.bit is not None and isinstance(v.type, Array):
+            continue  # C has no pointers to bits
+        fixed = v.constant or v.location is not None and v.location.area == "I"
+        macro = macro_of(element)
+        symbols.append(Symbol(v.name, macro, v.type, macro[-1], spot.offset, spot.bit,
+                              frozenset(() if fixed else ("master",)), frozenset(("master",))))
+    return of_symbols(processor, symbols, base="ldc_block")
+
+
+def build(natives: Sequence[Native], memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics) -> list[Part]:
+    """The objects of some components, from the cache or made now; those that cannot be made are left out, with
+    findings. Raises OSError when the cache cannot be written."""
+    made = (_part(number, native, memory, cpu, diagnostics) for number, native in enumerate(natives))
+    return [part for part in made if part is not None]
+
+
+def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics) -> Part | None:
+    component = native.component
+    cxx = component.language == "c++"
+    symbol = f"ldc_entry_{number}"
+    with tempfile.TemporaryDirectory(prefix="ldc-") as name:
+        folder = Path(name)
+        found = host.rewritten(native, memory, folder, diagnostics, _TOOLS)
+        compiler = toolchain.find(_TOOLS[cxx], diagnostics) if found else None
+        if found is None or compiler is None:
+            return None
+        texts = ["extern unsigned char ldc_block[];\n" * (not cxx) + text for text in found[0]]
+        flags = [*cpu, *_FLAGS, *(_CXX if cxx else ()), *component.cflags,
+                 f"-std={component.standard or ('c++17' if cxx else 'c11')}"]
+        header = (folder / file_name(component)).read_text(encoding="utf-8")
+        key = hashlib.sha256("\0".join((*texts, header, *flags, compiler, symbol)).encode()).hexdigest()
+        target = gcc.cache_folder() / f"component-{key}.o"
+        if not target.exists() and not _compiled(native, texts, compiler, flags, symbol, target, folder, diagnostics):
+            return None
+    return Part(native, target, symbol, "\n".join(texts))
+
+
+def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequence[str], symbol: str, target: Path,
+              folder: Path, diagnostics: Diagnostics) -> bool:
+    """Several sources become one object, in which only the entry has a name that others see."""
+    component = native.component
+    own = ["-isystem", str(INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
+    sources = {s.path: s for s in body_sources(component, diagnostics) or ()}
+    files = []
+    for number, text in enumerate(texts):
+        path = folder / f"part{number}{'.cpp' if component.language == 'c++' else '.c'}"
+        path.write_text(text, encoding="utf-8")
+        files.append(str(path))
+    whole, alone = folder / "whole.o", folder / "alone.o"
+    status, _, said = toolchain.run([compiler, *flags, *own, "-nostdlib", "-r", "-o", str(whole), *files])
+    toolchain.report(said, sources, component.span("function", "sources"), diagnostics)
+    if status:
+        return False
+    objcopy = gcc.beside(compiler, "objcopy")
+    gcc.run([objcopy, "--redefine-sym", f"{component.entry}={symbol}", f"--keep-global-symbol={symbol}", str(whole),
+             str(alone)])
+    target.parent.mkdir(parents=True, exist_ok=True)
+    gcc.placed(alone.read_bytes(), target)
+    return True
+
+
+def bind(parts: Sequence[Part]) -> str:
+    """The C file that tells generated code where its components are."""
+    lines = ['#include "firmware.h"', "", "unsigned char *ldc_memory = ldc_block;",
+             "int32_t ldc_bind(uint32_t component, void (*entry)(const void *, void *, void *, uint32_t), uint8_t **memory);"]
+    lines += [f"void {p.symbol}(const void *in, void *out, void *state, uint32_t microseconds);" for p in parts]
+    lines += ["", "void ldc_components(void) {"]
+    lines += [f"    ldc_bind({n}, {p.symbol}, 0);" for n, p in enumerate(parts)]
+    return "\n".join([*lines, "}", ""])
