@@ -139,7 +139,8 @@ def main(sizes: tuple[int, ...] = SIZES, rounds: int = ROUNDS) -> None:
     rows += [[f"{size:,} rungs: scan by hand", _tables.spread(scan_rows[1], 0, "ns"), ""],
              [f"{size:,} rungs: scan native", _tables.spread(scan_rows[0], 0, "ns"), f"{ratio:.2f}"]]
     notes.append(f"scan: {_tables.verdict(ratio, 1.25, False)}")
-    _tables.show("native code against branch-free C by hand", ["what", "median (min .. max)", "ratio"], rows, "\n".join(notes))
+    _tables.show("native code against branch-free C by hand", ["what", "median (min .. max)", "ratio"], rows,
+                 "\n".join(notes))
 
 
 if __name__ == "__main__":

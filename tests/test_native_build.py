@@ -131,7 +131,8 @@ def test_a_build_that_checks_itself_runs(build, tmp_path: Path) -> None:
 
 def test_nothing_of_a_damaged_build_before_is_kept(build, tmp_path: Path) -> None:
     build(text(("r1",)))
-    for name, damage in (("native.json", b"{"), ("native.json", b"[]"), ("program.img", b"LDCI\x90"), ("program.img", b"")):
+    for name, damage in (("native.json", b"{"), ("native.json", b"[]"), ("program.img", b"LDCI\x90"),
+                         ("program.img", b"")):
         (tmp_path / "out" / name).write_bytes(damage)
         build(text(("r1",)))
 

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from ldc.il.homes import BY_SIZE, Cell, Home, Packed, direct_addresses, end_of, homes, located
+from ldc.il.homes import BY_SIZE, Cell, Home, end_of, homes, located
 from ldc.il.layout import Layout, measure, state
 from ldc.il.program import Program, Unit
 from ldc.symbols import Location, Variable
@@ -155,7 +155,8 @@ class Block:
         return measure(type_, self.units)[0]
 
 
-def make(program: Program, layout: Layout, resource: int = 0, areas: Mapping[str, int] | None = None) -> Block:
+def make(program: Program, layout: Layout, resource: int = 0,
+         areas: Mapping[str, int] | None = None) -> Block:
     """The block of one resource of a program with the layout of its image; ``areas``: those of a block that
     it is to resemble. The model bounds addresses, and so the areas."""
     units = {u.name.upper(): u for u in program.units}

@@ -15,10 +15,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from ldc.expr import Apply, BitStep, Const, Expr, IndexStep, Load, Place
+from ldc.expr import Apply, Const, Expr, IndexStep, Load, Place
 from ldc.il.flat import Flat, flatten
 from ldc.il.homes import INTRINSIC
 from ldc.il.program import COMPARISON, LOGIC, Instr, Unit
+from ldc.il.statements import (
+    Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Instance, Type
 
@@ -27,81 +29,6 @@ DEEPEST = 40
 _FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET", "EXT"})
 _NOTHING: frozenset[str] = frozenset()
 _EVERYTHING = "*"
-
-
-@dataclass(frozen=True, slots=True)
-class Assign:
-    """``target := value``. All statements: ``at`` is the flat position of the instruction."""
-
-    at: int
-    target: Place
-    value: Expr
-
-
-@dataclass(frozen=True, slots=True)
-class Latch:
-    """``IF condition THEN target := value; END_IF``: the instructions S and R."""
-
-    at: int
-    target: Place
-    condition: Expr
-    value: bool
-
-
-@dataclass(frozen=True, slots=True)
-class CallBlock:
-    """Runs the function block ``instance``, whose pins were assigned before; ``condition`` None: always."""
-
-    at: int
-    instance: Place
-    condition: Expr | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class CallFunction:
-    """Calls a FUNCTION of the project. ``arguments`` as ``Unit.arguments``; ``result``: a temporary, None
-    for a FUNCTION without result; ``outputs``: pins and the temporaries that take them."""
-
-    at: int
-    function: Unit
-    arguments: tuple[Expr, ...]
-    result: Place | None
-    outputs: tuple[tuple[str, Place], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class CallNative:
-    """Runs the native code of the unit (EXT) on the instance that is executed; ``elapsed``: the time since it
-    ran last."""
-
-    at: int
-    elapsed: Expr
-
-
-@dataclass(frozen=True, slots=True)
-class Label:
-    """Something jumps to the flat position ``at``."""
-
-    at: int
-
-
-@dataclass(frozen=True, slots=True)
-class Goto:
-    """Jumps to the label at ``target`` (the length of the code: the end); backward when that is not
-    behind ``at``."""
-
-    at: int
-    target: int
-    condition: Expr | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Return:
-    at: int
-    condition: Expr | None = None
-
-
-Statement = Assign | Latch | CallBlock | CallFunction | CallNative | Label | Goto | Return
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +47,8 @@ def may_fault(expr: Apply | Load) -> bool:
     """Whether evaluating the node itself (not its arguments) can end in a run-time fault: a division by
     what is no constant other than 0, an index that is computed."""
     if isinstance(expr, Load):
-        return bool(expr.place.steps) and any(isinstance(i, Load) for s in expr.place.steps if isinstance(s, IndexStep) for i in s.indexes)
+        return bool(expr.place.steps) and any(
+            isinstance(i, Load) for s in expr.place.steps if isinstance(s, IndexStep) for i in s.indexes)
     if expr.op not in ("DIV", "MOD", "DIVTIME"):
         return False
     divisor = expr.args[1]

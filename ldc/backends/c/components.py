@@ -49,7 +49,8 @@ def wrapper(block: Block, unit: Unit, binding: Binding) -> Wrapper:
     parts = c_types.members(unit)
     structures = tuple(c_types.structure(f"part_{part}", variables) for part, variables in parts.items())
     before = [line for part in parts for v in parts[part] for line in _moved(block, unit, part, v, True)]
-    after = [line for part in ("out", "state") for v in parts[part] for line in _moved(block, unit, part, v, False)]
+    after = [line for part in ("out", "state") for v in parts[part]
+             for line in _moved(block, unit, part, v, False)]
     for shared in binding.shared:
         spot = block.variable(shared.name, block.shared[shared.name.upper()])
         if shared.read or shared.written:

@@ -1,4 +1,4 @@
-"""A program as a BuildPlan: every C file with its digest, before any tool runs (DESIGN section 10, item 6)."""
+"""A program as a BuildPlan: every C file with its digest, before any tool runs (DESIGN 10, item 6)."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class File:
 
 @dataclass(frozen=True, slots=True)
 class BuildPlan:
-    """``files`` are compiled, ``header`` is what they include. ``map``: for every driver by number the name of
-    its POU and the first rung of each part, for the places of faults; ``bindings``: the components in C and C++, in
-    the order of their numbers for ``ldc_bind``. ``digest`` covers all but these."""
+    """``files`` are compiled, ``header`` is what they include. ``map``: for every driver by number the name
+    of its POU and the first rung of each part, for the places of faults; ``bindings``: the components in C
+    and C++, in the order of their numbers for ``ldc_bind``. ``digest`` covers all but these."""
 
     block: Block
     files: tuple[File, ...]
@@ -113,8 +113,8 @@ def _read(name: str) -> str:
 
 @cache
 def _environment() -> jinja2.Environment:
-    return jinja2.Environment(loader=jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text()),
-                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    loader = jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text(encoding="utf-8"))
+    return jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
                               undefined=jinja2.StrictUndefined, autoescape=False)
 
 

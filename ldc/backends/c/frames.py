@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 from ldc.expr import Apply, Expr, IndexStep, Load, Place
 from ldc.il.block import Block, Spot
 from ldc.il.layout import measure
-from ldc.il.structure import Assign, CallFunction, Goto, Label, Latch, Statement, Structured
+from ldc.il.statements import Assign, CallFunction, Goto, Label, Latch, Statement
+from ldc.il.structure import Structured
 
 
 def frame(block: Block, code: Structured) -> tuple[dict[str, int], bytes]:
@@ -50,7 +49,8 @@ def unsettled(code: Structured) -> set[str]:
             current, defined, skipped = rung_of[at], set(), set()
         elif isinstance(statement, Label) and at in entered:
             defined.clear()
-        skipped.discard(at) if isinstance(statement, Label) else None
+        if isinstance(statement, Label):
+            skipped.discard(at)
         found |= (reads(statement) & temporary) - defined
         if isinstance(statement, Assign):
             name = statement.target.root.upper()
@@ -89,6 +89,6 @@ def reads(statement: Statement) -> set[str]:
     return found
 
 
-def indexes(place: Place) -> Iterator[Expr] | Iterable[Expr]:
+def indexes(place: Place) -> list[Expr]:
     """The indexes on the way into a place."""
     return [i for step in place.steps if isinstance(step, IndexStep) for i in step.indexes]

@@ -206,7 +206,8 @@ def _number(text: str, source: Elementary, target: Elementary) -> str:
         day = f"(uint64_t){text} % 86400000u" if source.kind != "int" else f"ldc_day_ms({text})"
         return f"(({day}) * UINT64_C(1000000))"
     if b in ("time", "dt"):
-        return cast(f"(uint64_t){_wide(text, source)} * UINT64_C({1000000 if b == 'time' else 1000000000})", target)
+        unit = 1_000_000 if b == "time" else 1_000_000_000
+        return cast(f"(uint64_t){_wide(text, source)} * UINT64_C({unit})", target)
     return cast(text, target)
 
 

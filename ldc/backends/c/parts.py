@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from zlib import crc32
 
-from ldc.il.structure import Statement, Structured
+from ldc.il.statements import Statement
+from ldc.il.structure import Structured
 
 LEAST, LONGEST, MOST_STATEMENTS = 12, 40, 600
 CHUNK_LEAST, CHUNK_MOST = 80, 200

@@ -13,10 +13,11 @@ from ldc.backends.c import components, functions
 from ldc.backends.c.ctypes import by_address, c_type, is_string, width
 from ldc.backends.c.places import Address
 from ldc.backends.c.values import Callee, Values
-from ldc.expr import Apply, Const, Expr, Load
-from ldc.il.structure import (
-    Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement, may_fault)
-from ldc.types import Array, Type, storage
+from ldc.expr import Apply, Expr, Load
+from ldc.il.statements import (
+    Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
+from ldc.il.structure import may_fault
+from ldc.types import Array, Type
 
 
 @dataclass(slots=True)
@@ -114,7 +115,8 @@ class Part(Values):
         at = reach.address
         if at.bit is None and at.part is None:
             target = self.whole(at, "")
-            self.lines.append(f"{target} |= {condition};" if statement.value else f"{target} &= !{condition};")
+            change = f"|= {condition}" if statement.value else f"&= !{condition}"
+            self.lines.append(f"{target} {change};")
             return
         target, c, bit = self._bits(at, "")
         mask = f"({c})(({c}){condition} << {bit})"

@@ -14,7 +14,8 @@ from ldc.backends.c.values import Callee, Shared
 from ldc.expr import Apply, Load
 from ldc.il.block import Block
 from ldc.il.program import Unit
-from ldc.il.structure import Goto, Structured, structure
+from ldc.il.statements import Goto
+from ldc.il.structure import Structured, structure
 from ldc.symbols import Variable
 from ldc.types import Array
 
@@ -77,7 +78,8 @@ def translate(block: Block, unit: Unit, number: int, callees: Mapping[str, Calle
     label = f"{'run' if run else 'pou'}_{c_name(run or unit.name).upper()}"
     parts = [part for chunk in cuts for part in chunk]
     far = _far(code, parts)
-    parameters = ["uint8_t *m"] + ["uint8_t *s"] * (unit.kind == "FUNCTION_BLOCK") + ["uint8_t *f"] * bool(data)
+    parameters = ["uint8_t *m"] + ["uint8_t *s"] * (unit.kind == "FUNCTION_BLOCK")
+    parameters += ["uint8_t *f"] * bool(data)
     chunks, called = [], []
     for chunk in cuts:
         shared, made = Shared(), []
@@ -109,7 +111,8 @@ def inline(block: Block, unit: Unit) -> Callee:
     part.add(code.statements)
     body = "\n".join("    " + line for line in (*part.declared.values(), *_without_lines(part.lines)))
     name = f"ldc_{c_name(unit.name)}"
-    return Callee(name, f"static inline void {name}(uint8_t *m, uint8_t *s) {{\n    (void)m;\n{body}\n}}", False)
+    head = f"static inline void {name}(uint8_t *m, uint8_t *s)"
+    return Callee(name, f"{head} {{\n    (void)m;\n{body}\n}}", False)
 
 
 def _without_lines(lines: list[str]) -> list[str]:
