@@ -37,7 +37,8 @@ class Drawn(Node):
     __slots__ = ("span", "whole", "content", "places")
 
     def __init__(self, text: JsonText, tag: str, span: Span, **attributes: str) -> None:
-        super().__init__(text, tag, attributes, span.start, children=[])
+        super().__init__(text, tag, span.start, span.start, span.start, attributes)
+        self.children = []
         self.span = self.whole = self.content = span
         self.places: dict[str, Span] = {}
 

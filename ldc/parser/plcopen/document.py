@@ -1,53 +1,77 @@
 """XML text to a tree whose nodes know where they stand in it; safe for any input.
 
-A document type is refused, so that there are no entities to expand and nothing to load; size and depth are
-bounded. Names lose their prefix: the flavours of TC6 differ in nothing but the namespace.
+One expression cuts the text into tags; expat says whether it is XML at all. A document type is refused, so
+that there are no entities to expand and nothing to load; size and depth are bounded. Names lose their prefix:
+the flavours of TC6 differ in nothing but the namespace.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from html import unescape
 from xml.parsers import expat
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings
+from ldc.parser.plcopen.nesting import flat, nests
 from ldc.source import SourceFile, Span
 
 MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
-_HEAD = re.compile(r"""<(?:[^"'>]|"[^"]*"|'[^']*')*+>""")
+_REST = r"""[^<>"'/]*+(?:"[^<"]*+"[^<>"'/]*+|'[^<']*+'[^<>"'/]*+)*+"""
+"""What follows the name in a tag."""
+_SPACE = rf"""(?:\s*+<(?:[^\s/<>:!?]++:)?relPosition(?=[\s/]){_REST}/>)*+"""
+_TAG = re.compile(rf"""
+    <(?: ((?:[^\s/<>:!?]++:)?connection)(?=[\s>]) {_REST} >()
+             (?:\s*+<(?:[^\s/<>:!?]++:)?position(?=[\s/]){_REST}/>)*+ \s*+() </\1\s*+>
+       | ([^\s/<>!?]++) {_REST} (?: /> | >() {_SPACE} (?: [^<]*+ () </\4\s*+> )? )
+       | /([^\s/<>]++)\s*+>
+       | !--.*?(?:-->|\Z) | !\[CDATA\[.*?(?:\]\]>|\Z) | \?.*?(?:\?>|\Z) )""", re.DOTALL | re.VERBOSE)
+"""A wire with its bends; a tag, with its end tag when no other element is between; an end tag; what is none.
+Bends of wires and places of pins, half of a drawing, mean nothing to us and are passed over."""
+_WIRE, _EMPTY, _OPEN, _LEAF, _END = 3, 4, 5, 6, 7
+"""The last group that matched tells which of them it is."""
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
-_ATTRIBUTE = re.compile(r"""=\s*(["'])(.*?)\1""", re.DOTALL)
-_INSIDE, _OUTSIDE = re.compile(r"\(\*|\*\)"), re.compile(r"\(\*|//[^\n]*|'(?:[^'$\n]|\$[^\n])*'")
+_ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_BLANK = re.compile(r"\r\n|[\t\n\r]")
+_WRITTEN_OTHERWISE = re.compile(r"[&\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
 _ENDS_EARLY = "it ends before its elements are closed"
 
 
-@dataclass(slots=True, eq=False)
 class Node:
     """An element: ``start`` and ``end`` enclose it, ``inside`` and ``stop`` what is between its tags.
 
-    Most elements are never asked for more than where they begin, so the rest is looked up in the text.
-    ``closing``: where the end tag begins; ``start`` in an element without one.
+    ``closing``: where the end tag begins; ``start`` in an element without one. Attributes are looked up in
+    the text when somebody asks for one: most elements of a drawing are never asked.
     """
 
-    document: Document = field(repr=False)
-    tag: str
-    attributes: dict[str, str]
-    start: int
-    closing: int = 0
-    children: Sequence[Node] = field(default=(), repr=False)
-    _inside: int = field(default=-1, repr=False)
+    __slots__ = ("document", "tag", "start", "inside", "closing", "children", "_attributes")
+
+    def __init__(self, document: Document, tag: str, start: int, inside: int, closing: int,
+                 attributes: dict[str, str] | None = None) -> None:
+        self.document, self.tag, self.start, self.inside, self.closing = document, tag, start, inside, closing
+        self.children: Sequence[Node] = ()
+        self._attributes = attributes
+
+    def like(self, tag: str, children: Sequence[Node], attributes: dict[str, str] | None = None) -> Node:
+        """An element at the same place with another tag, other children and perhaps attributes."""
+        made = Node(self.document, tag, self.start, self.inside, self.closing,
+                    self._attributes if attributes is None else attributes)
+        made.children = children
+        return made
 
     @property
-    def inside(self) -> int:
-        if self._inside < 0:
-            head = _HEAD.match(self.document.source.text, self.start)
-            self._inside = head.end() if head else self.start
-        return self._inside
+    def attributes(self) -> dict[str, str]:
+        found = self._attributes
+        if found is None:
+            head = self.document.source.text[self.start : self.inside]
+            found = {name: one or other for name, one, other in _ATTRIBUTE.findall(head)}
+            if _WRITTEN_OTHERWISE.search(head):
+                found = {name: unescape(_BLANK.sub(" ", value)) for name, value in found.items()}
+            self._attributes = found
+        return found
 
     @property
     def stop(self) -> int:
@@ -82,18 +106,18 @@ class Node:
             node = work.pop()
             if node.tag in tags:
                 yield node
-            elif node.tag != "body":
+            elif node.children and node.tag != "body":
                 work += reversed(node.children)
 
     def get(self, name: str) -> str:
         return self.attributes.get(name, "")
 
     def flag(self, name: str) -> bool:
-        return self.get(name).strip().lower() in ("true", "1")
+        return self.attributes.get(name, "").strip().lower() in ("true", "1")
 
     def number(self, name: str, default: int = 0) -> int:
         """An attribute as a whole number (positions are decimal fractions in some exports)."""
-        text = self.get(name).strip()
+        text = self.attributes.get(name, "").strip()
         return int(float(text)) if _NUMBER.fullmatch(text) else default
 
     @property
@@ -125,7 +149,8 @@ class Node:
     @property
     def body(self) -> Span:
         """All that is between the tags, as text, without comments inside of comments."""
-        return self.document.readable(self.inside, self.stop, _nests(self.document.source.text, self))
+        nested = nests(self.document.source.text, self.inside, self.stop)
+        return self.document.readable(self.inside, self.stop, nested)
 
 
 def _trimmed(span: Span) -> Span:
@@ -139,21 +164,21 @@ class Document:
 
     def __init__(self, source: SourceFile, diagnostics: Diagnostics) -> None:
         self.source = source
-        self.root: Node | None = None
         self._plain: SourceFile | None = None
-        self._open: list[Node] = []
-        self._count = 0
-        self._bytes = self._chars = 0
-        self._skip = len(source.text) - len(source.text.lstrip())
-        self._data = source.text[self._skip :].encode("utf-8", "replace")
-        self._ascii = source.text.isascii()
-        self._parse(diagnostics)
+        text = source.text
+        root, stack, refused = self._tree(len(text))
+        self.root = root if self._is_xml(refused, diagnostics) else None
+        if self.root is not None and refused is not None:
+            deep = len(stack) >= MAX_DEPTH
+            what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
+            findings.too_large(diagnostics, Span(source, refused, refused + 1), limit, what)
+            self.root = None
 
-    def readable(self, start: int, end: int, nests: bool = False) -> Span:
+    def readable(self, start: int, end: int, nested: bool = False) -> Span:
         """A part of the text; where it holds markup or references (or comments that nest), of a twin that
         has them replaced."""
         text = self.source.text
-        if not nests and text.find("&", start, end) < 0 and text.find("<", start, end) < 0:
+        if not nested and text.find("&", start, end) < 0 and text.find("<", start, end) < 0:
             return Span(self.source, start, end)
         if self._plain is None:
             self._plain = self._twin()
@@ -177,72 +202,86 @@ class Document:
             inside = node.inside
             if "&" in (head := self.source.text[node.start : inside]):
                 for match in _ATTRIBUTE.finditer(head):
-                    start, end = match.span(2)
-                    yield node.start + start, node.start + end, unescape(match[2])
+                    value = match.lastindex
+                    yield node.start + match.start(value), node.start + match.end(value), unescape(match[value])
             if not node.children or node.tag in _TEXTUAL:
                 raw = self.source.text[inside : node.stop]
-                nests = _nests(self.source.text, node)
-                if nests or "&" in raw or "<" in raw:
+                nested = nests(self.source.text, inside, node.stop)
+                if nested or "&" in raw or "<" in raw:
                     plain = _unmarked(node, raw)
-                    yield inside, node.stop, _flat(plain) if nests else plain
+                    yield inside, node.stop, flat(plain) if nested else plain
 
     # ---- reading
 
-    def _parse(self, diagnostics: Diagnostics) -> None:
-        parser = self._parser = expat.ParserCreate("utf-8")
-        parser.StartDoctypeDeclHandler = self._doctype
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        try:
-            parser.Parse(self._data, True)
-        except _Refused as problem:
-            at = self._offset(parser.CurrentByteIndex)
-            problem.report(diagnostics, Span(self.source, at, at + 1))
-            self.root = None
-        except expat.ExpatError as error:
-            at = min(self._offset(max(0, parser.ErrorByteIndex)), len(self.source.text))
-            opened = self._open[-1].span if self._open else None
-            findings.not_well_formed(diagnostics, Span(self.source, at, at + 1),
-                                     _ENDS_EARLY if at >= len(self.source.text.rstrip()) else
-                                     expat.ErrorString(error.code) or "no XML", opened)
-            self.root = None
-
-    def _offset(self, at: int) -> int:
-        """The character of a byte of the data; asked for in rising order, so all of it costs linear time."""
-        if self._ascii:
-            return self._skip + at
-        if at > self._bytes:
-            self._chars += len(self._data[self._bytes : at].decode("utf-8", "ignore"))
-            self._bytes = at
-        return self._skip + self._chars
-
-    def _doctype(self, *_) -> None:
-        start = max(0, self.source.text.find("<!DOCTYPE"))
-        raise _Refused(lambda diagnostics, _: findings.document_type(
-            diagnostics, Span(self.source, start, start + len("<!DOCTYPE"))))
-
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
-        self._count += 1
-        if self._count > MAX_ELEMENTS or len(self._open) >= MAX_DEPTH:
-            deep = len(self._open) >= MAX_DEPTH
-            what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
-            raise _Refused(lambda diagnostics, span: findings.too_large(diagnostics, span, limit, what))
-        at = self._parser.CurrentByteIndex
-        tag = name.rpartition(":")[2] if ":" in name else name
-        node = Node(self, tag, attributes, self._skip + at if self._ascii else self._offset(at))
-        if not self._open:
-            self.root = node
-        elif not (tag == "relPosition" or (parent := self._open[-1]).tag == "connection"):
-            # Bends of wires and places of pins, half of a drawing, mean nothing to us and are let go.
-            if parent.children:
-                parent.children.append(node)
+    def _tree(self, end: int) -> tuple[Node | None, list[Node], int | None]:
+        """The root, the elements that are open where the text ends, and the tag at which there are too many
+        (of a text that is no XML: something)."""
+        roots: list[Node] = []
+        siblings = roots
+        stack: list[tuple[Node, list[Node]]] = []
+        tags: dict[str, str] = {}
+        count, refused = 0, None
+        for match in _TAG.finditer(self.source.text, 0, end):
+            kind = match.lastindex
+            if kind == _END:
+                if not stack:
+                    break
+                node, siblings = stack.pop()
+                node.closing = match.start()
+                continue
+            if kind is None:
+                continue
+            start = match.start()
+            count += 1
+            if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
+                refused = start
+                break
+            if kind == _WIRE:
+                siblings.append(Node(self, "connection", start, match.start(2), match.start(3)))
+                continue
+            name = match[4]
+            tag = tags.get(name)
+            if tag is None:
+                tag = tags[name] = name.rpartition(":")[2]
+            if kind == _EMPTY:
+                node = Node(self, tag, start, match.end(), start)
             else:
-                parent.children = [node]
-        self._open.append(node)
+                node = Node(self, tag, start, match.start(5), match.start(6))
+            if tag != "relPosition":
+                siblings.append(node)
+            if kind == _OPEN:
+                stack.append((node, siblings))
+                siblings = []
+                if tag != "connection":
+                    node.children = siblings
+        return roots[0] if roots else None, [node for node, _ in stack], refused
 
-    def _end(self, _: str) -> None:
-        at = self._parser.CurrentByteIndex
-        self._open.pop().closing = self._skip + at if self._ascii else self._offset(at)
+    def _is_xml(self, end: int | None, diagnostics: Diagnostics) -> bool:
+        """Whether the text, up to a place, is XML; tells where it is not."""
+        text = self.source.text
+        skip = len(text) - len(text.lstrip())
+        data = text[skip:end].encode("utf-8", "replace")
+        parser = expat.ParserCreate("utf-8")
+        parser.StartDoctypeDeclHandler = _doctype
+        try:
+            parser.Parse(data, end is None)
+        except _DocumentType:
+            start = max(0, text.find("<!DOCTYPE"))
+            findings.document_type(diagnostics, Span(self.source, start, start + len("<!DOCTYPE")))
+        except expat.ExpatError as error:
+            before = data[: max(0, parser.ErrorByteIndex)].decode("utf-8", "ignore")
+            at = min(skip + len(before), len(text))
+            _, stack, _ = self._tree(at)
+            findings.not_well_formed(diagnostics, Span(self.source, at, at + 1),
+                                     _ENDS_EARLY if at >= len(text.rstrip()) else
+                                     expat.ErrorString(error.code) or "no XML", stack[-1].span if stack else None)
+        else:
+            return True
+        return False
+
+
+def _doctype(*_) -> None:
+    raise _DocumentType
 
 
 def _unmarked(node: Node, raw: str) -> str:
@@ -258,34 +297,5 @@ def _unmarked(node: Node, raw: str) -> str:
     return "".join(parts)
 
 
-def _nests(text: str, node: Node) -> bool:
-    """Whether a comment may begin within another one (cheap; `_flat` decides)."""
-    first = text.find("(*", node.inside, node.stop)
-    second = text.find("(*", first + 2, node.stop) if first >= 0 else -1
-    while second >= 0:
-        if text.find("*)", first, second) < 0:
-            return True
-        first, second = second, text.find("(*", second + 2, node.stop)
-    return False
-
-
-def _flat(text: str) -> str:
-    """The text with comments that nest (IEC 61131-3, 3rd edition, 6.3.3) made to single ones of the same
-    length. A comment that is closed once less than it is opened stays, and so does the rest."""
-    parts: list[str] = []
-    at = look = depth = 0
-    while (match := (_INSIDE if depth else _OUTSIDE).search(text, look)) is not None:
-        look = match.end()
-        if match[0] not in ("(*", "*)"):
-            continue
-        depth += 1 if match[0] == "(*" else -1
-        if depth > (match[0] == "(*"):
-            parts += (text[at : match.start()], "  ")
-            at = look
-    return text if depth else "".join((*parts, text[at:]))
-
-
-class _Refused(Exception):
-    def __init__(self, report) -> None:
-        super().__init__()
-        self.report = report
+class _DocumentType(Exception):
+    """A document type begins."""

@@ -7,7 +7,6 @@ from a step to the transitions above it, through divergences and convergences.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
@@ -155,7 +154,7 @@ class ChartReader:
         if condition is not None:
             point = condition.find("connectionPointIn")
             if point is None and condition.find("connection") is not None:  # TC6 1.0
-                point = replace(condition, tag="connectionPointIn")
+                point = condition.like("connectionPointIn", condition.children)
         if point is None:
             return self.parts.condition(node, condition, number)
         sources = [self.nodes.get(wire.get("refLocalId").strip()) for wire in point.all("connection")]
@@ -171,8 +170,8 @@ class ChartReader:
                  ) -> tuple[ast.LadderBody | None, str | None]:
         """A condition drawn with contacts and blocks: all that leads to it, as a rung."""
         name = self.parts.fresh(f"transition_{number}")
-        goal = replace(node, attributes={"localId": node.get("localId"), "name": name,
-                                         "negated": "true" if negated else "false"}, children=[point])
+        goal = node.like(node.tag, [point], {"localId": node.get("localId"), "name": name,
+                                             "negated": "true" if negated else "false"})
         used, work = {id(node)}, [goal]
         while work:
             for pin in _points(work.pop()):
@@ -186,7 +185,7 @@ class ChartReader:
             self._malformed(node.span, "the condition of a transition is wired to the chart itself",
                             "wire it to contacts, blocks and variables")
             return None, None
-        drawing = Drawing(replace(self.body, children=children), self.where, self.more, self.diagnostics,
+        drawing = Drawing(self.body.like(self.body.tag, children), self.where, self.more, self.diagnostics,
                           ("transition",))
         return rungs_of(drawing, self.diagnostics), name
 
