@@ -10,8 +10,8 @@ from ldc.source import SourceFile, Span
 
 def no_board(diagnostics: Diagnostics, wanted: str, known: list[str]) -> None:
     close = difflib.get_close_matches(wanted, known, 1)
-    hint = f"did you mean `{close[0]}`?" if close else f"boards: {', '.join(known)}"
-    _board(diagnostics, f"there is no board `{wanted}`", None, "", f"{hint}; or name a board file, `my.toml`")
+    hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}."
+    _board(diagnostics, f"there is no board `{wanted}`", None, "", f"{hint} A board file is named with its ending, `my.toml`")
 
 
 def other_target(diagnostics: Diagnostics, name: str, has: str, target: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import tempfile
@@ -28,7 +29,7 @@ def run(board: Board, elf: Path, job: bytes, timeout: float, diagnostics: Diagno
     elf = elf.resolve()
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
         (Path(folder) / JOB).write_bytes(job)
-        command = [path, "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial", "stdio",
+        command = [os.path.abspath(path), "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial", "stdio",
                    "-semihosting-config", "enable=on,target=native", *options, "-kernel", str(elf)]
         try:
             done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
