@@ -12,14 +12,19 @@ class SourceFile:
 
     path: str
     text: str
-    line_starts: tuple[int, ...] = field(init=False, repr=False)
+    _line_starts: list[int] = field(default_factory=list, init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        starts, at = [0], self.text.find("\n")
-        while at >= 0:
-            starts.append(at + 1)
-            at = self.text.find("\n", at + 1)
-        object.__setattr__(self, "line_starts", tuple(starts))
+    @property
+    def line_starts(self) -> list[int]:
+        """Offsets at which lines begin. Looked up when the first place is asked for: most texts are right."""
+        starts = self._line_starts
+        if not starts:
+            starts.append(0)
+            at = self.text.find("\n")
+            while at >= 0:
+                starts.append(at + 1)
+                at = self.text.find("\n", at + 1)
+        return starts
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column, both counted from 1, of a character offset."""
@@ -33,6 +38,12 @@ class SourceFile:
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
+
+    def line_span(self, number: int) -> Span:
+        """The text of line ``number`` (from 1) without the blanks around it."""
+        text = self.line(number)
+        start = self.line_starts[min(max(number, 1), len(self.line_starts)) - 1]
+        return Span(self, start + len(text) - len(text.lstrip()), start + max(len(text.rstrip()), 1))
 
 
 @dataclass(frozen=True, slots=True)
