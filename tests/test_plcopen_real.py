@@ -251,3 +251,7 @@ def test_a_clock_is_set_by_an_edge() -> None:
     rows = run(xml, [{}, {"a": 1}, {}, {}], "q i")
     assert [row[0] for row in rows] == ["0", "1", "1", "1"]
     assert [row[2:] for row in rows[1:]] == ["0", "1", "2"]
+
+
+def test_a_project_has_a_limit_of_statements() -> None:
+    assert findings(statements(";" * 300_010)) == ["LD0142 the XML has more than 300,000 statements"]

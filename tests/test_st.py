@@ -11,7 +11,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.il import text as il_text
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
-from ldc.parser import parse_file
+from ldc.parser import findings, lexer, parse_file
 from ldc.parser.format import format_file
 from ldc.source import SourceFile
 from runtime.vm.machine import Machine
@@ -207,3 +207,27 @@ WORDS = st.sampled_from("IF THEN ELSE ELSIF END_IF CASE OF END_CASE FOR TO BY DO
 @given(st.lists(WORDS, max_size=40))
 def test_broken_text_never_ends_in_a_traceback(words: list[str]) -> None:
     codes(" ".join(words))
+
+
+# ---- limits of a file
+
+
+def parsed(path: str, text: str) -> list[str]:
+    diagnostics = Diagnostics()
+    parse_file(SourceFile(path, text), diagnostics)
+    return [f"{d.code} {d.message}" for d in diagnostics]
+
+
+@pytest.mark.parametrize("pieces", [[";" * 300_001], [";" * 150_001, ";" * 150_000]])
+def test_a_file_has_a_limit_of_statements(pieces: list[str]) -> None:
+    text = "".join(f"PROGRAM p{at}\n{body}\nEND_PROGRAM\n" for at, body in enumerate(pieces))
+    assert parsed("a.st", text) == ["LD0111 the file has more than 300,000 statements"]
+    assert not parsed("a.st", text.replace(";", "", 1))
+
+
+def test_a_file_has_a_limit_of_symbols(monkeypatch) -> None:
+    monkeypatch.setattr(lexer, "MOST_TOKENS", 999)
+    monkeypatch.setattr(findings, "MOST_TOKENS", 999)
+    assert not parsed("a.ld", "PROGRAM p " + "RUNG [a] (a) " * 130 + "END_PROGRAM")
+    for unit in ("RUNG [a] (a) ", "VAR a : INT; END_VAR ", "VAR a : INT;", "& "):
+        assert parsed("a.ld", "PROGRAM p " + unit * 999) == ["LD0111 the file has more than 999 symbols"]

@@ -6,12 +6,14 @@ Messages name what stands there; help says what to do. Long tokens are cut: a li
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics, Label
-from ldc.parser.lexer import MAX_WORD, Tokens
+from ldc.parser.lexer import MAX_WORD, MOST_TOKENS, Tokens
 from ldc.parser.literals import Malformed
 from ldc.source import Span
 
 _CUT = 40
 MAX_DEPTH, MAX_OPERATORS, MAX_FINDINGS = 100, 1_000, 1_000
+MAX_STATEMENTS = 300_000
+"""Of a file; each takes some 4 KB until it is IL."""
 
 
 def cut(text: str) -> str:
@@ -117,6 +119,20 @@ class Findings:
 
     def too_long(self, index: int, what: str, limit: int, of: str) -> None:
         self._too_long(what, limit, of, self.tokens.point(index), f"number {limit + 1:,} stands here", "split it")
+
+    def readable(self) -> None:
+        """Raises TooMany, and tells it, when there are more tokens than a file may have."""
+        if len(self.tokens.types) > MOST_TOKENS:
+            self._endless(MOST_TOKENS, MOST_TOKENS, "symbols")
+
+    def countable(self, index: int, statements: int) -> None:
+        """Raises TooMany, and tells it, when a file has too many statements; this is the last one."""
+        if statements > MAX_STATEMENTS:
+            self._endless(index, MAX_STATEMENTS, "statements")
+
+    def _endless(self, index: int, limit: int, of: str) -> None:
+        self._too_long("the file", limit, of, self.tokens.point(index), "from here on it is not read", "split it")
+        raise TooMany
 
     def long_word(self, index: int) -> None:
         """A name, an address or a literal that has no end; only its beginning is shown."""

@@ -14,8 +14,8 @@ from ldc.source import SourceFile, Span
 
 OPENING = {"(": ")", "[": "]", "{": "}"}
 BAD = "BAD"
-MAX_WORD, MAX_TOKENS = 1_000, 200_000
-"""Characters of a name or an address; symbols of a rung or a declaration."""
+MAX_WORD, MAX_TOKENS, MOST_TOKENS = 1_000, 200_000, 4_000_000
+"""Characters of a name or an address; symbols of a rung or a declaration; symbols of a file."""
 
 SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_GLOBAL")
 QUALIFIERS = ("RETAIN", "NON_RETAIN", "CONSTANT")
@@ -101,14 +101,14 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None, statements: 
     """The tokens of a text, or of a part of it (offsets stay those of the whole). ``statements``: it holds
     some, ended by ``;``, whatever the path says.
 
-    A rung or declaration far above the limit is cut there: it is wrong already, and the rest of it may be
+    A file far above the limit ends there (its reader tells). A rung or declaration is cut there: it is wrong already, and the rest of it may be
     many megabytes. Scanning goes on at the next word that begins or ends something.
     """
     end = len(source.text) if end is None else end
     columns = Tokens(source, [], [], [], [])
     modifiers: list[int] = []
     at = start
-    while at < end:
+    while at < end and len(columns.types) <= MOST_TOKENS:
         at = _boundary(source.text, _lex(columns, modifiers, at, end, statements), end)
     types = columns.types
     for index in modifiers:  # P N S R are modifiers only before a name
@@ -122,7 +122,7 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
     text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
     statements |= columns.source.path.lower().endswith(".st")
-    lines, limit = statements, len(types) + 2 * MAX_TOKENS
+    lines, limit = statements, _limit(types)
     for match in _SCAN.finditer(text, start, end):
         kind = match.lastgroup
         if kind == "SPACE":
@@ -137,12 +137,12 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
             if to - at == 1 and word in _MODIFIERS and types and types[-1] in ("[", "("):
                 modifiers.append(len(types))
             elif kind in _BOUNDARIES:
-                lines, limit = statements or kind in _WITH_LINES, len(types) + 2 * MAX_TOKENS
+                lines, limit = statements or kind in _WITH_LINES, _limit(types)
         elif kind == "OP":
             word = text[at:to]
             kind = _OPERATORS.get(word, word)
             if kind == ";" and lines and types[-1:] != [";"]:
-                limit = len(types) + 2 * MAX_TOKENS
+                limit = _limit(types)
         elif kind == "COMMENT":
             columns.comments.append((at, to))
             continue
@@ -156,6 +156,11 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
         if len(types) > limit:
             return to
     return end
+
+
+def _limit(types: list[str]) -> int:
+    """Where the unit that begins behind these tokens is too long, or the file."""
+    return min(len(types) + 2 * MAX_TOKENS, MOST_TOKENS)
 
 
 def _boundary(text: str, start: int, end: int) -> int:

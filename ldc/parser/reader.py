@@ -80,6 +80,7 @@ class Reader:
 
     def read(self) -> None:
         types = self.types
+        self.findings.readable()
         if not types:
             self.findings.empty_file()
         while self.at < len(types):

@@ -110,6 +110,8 @@ class _Reader:
 
     def _statement(self, kind: str) -> st.Statement | None:
         self.findings.enough(self.at)
+        self.units.statements += 1
+        self.findings.countable(self.at, self.units.statements)
         if kind == ";":
             self.at += 1
             return st.Empty(self._span(self.at - 1))

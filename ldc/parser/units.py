@@ -22,8 +22,8 @@ _SHOWN = 20
 class Units:
     """Parses units of one file. A unit that failed is None, and its findings are in the bag.
 
-    ``lost``: a declaration or heading failed, whose names are now unknown. Raises TooMany after a thousand
-    findings.
+    ``lost``: a declaration or heading failed, whose names are now unknown. ``statements``: how many were
+    read. Raises TooMany after a thousand findings.
     """
 
     def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
@@ -31,6 +31,7 @@ class Units:
         self.findings = Findings(tokens, diagnostics)
         self.builder = ChartBuilder(tokens, self.findings)
         self.lost = False
+        self.statements = 0
         self._tables = tables()
         self._rules = lr.bind(self._tables, self.builder)
 

@@ -6,8 +6,19 @@ from dataclasses import dataclass, replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
+from ldc.parser.findings import MAX_STATEMENTS
 from ldc.parser.foreign import Reading
-from ldc.parser.plcopen import additional, configuration, findings, inputs, interface, kept, others, texts, written
+from ldc.parser.plcopen import (
+    additional,
+    configuration,
+    findings,
+    inputs,
+    interface,
+    kept,
+    others,
+    texts,
+    written,
+)
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
@@ -40,6 +51,9 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     if root is None:
         return ast.File(source, (), (), (), (), (), True)
     reading = Reading(source, "PLCopen XML", diagnostics)
+    if source.text.count(";") - source.text.count("&") > MAX_STATEMENTS:
+        findings.too_large(diagnostics, root.span, MAX_STATEMENTS, "statements")
+        return ast.File(source, (), (), (), (), (), True)
     others.tell(root, reading)
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
     types, pous = tuple(t for t in types if t), _pous(root, diagnostics)
