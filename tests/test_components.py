@@ -373,3 +373,36 @@ def test_no_broken_descriptor_ends_in_a_traceback(data) -> None:
     diagnostics = Diagnostics()
     made = load(SourceFile("x.ldc.toml", text), Path("."), diagnostics)
     assert (made is None) == diagnostics.has_errors
+
+
+@pytest.mark.parametrize(("line", "words"), [
+    ("for (;;) state->calls++;", "does not end"),
+    ("*(volatile int *)(intptr_t)state->calls = 1;", "memory that is not there"),
+    ("__builtin_trap();", "no instruction"),
+    ("state->calls = 100 / (state->calls - 1);", "divides by zero"),
+])
+def test_a_component_that_breaks_is_told_with_its_line(tmp_path: Path, capfd, line: str, words: str) -> None:
+    project(tmp_path, BODY.replace("    state->last[1]", f"    {line}\n    state->last[1]"))
+    assert main(["run", str(tmp_path), "--scans", "4", "--watch", "p.calls"]) == 1
+    said = capfd.readouterr().err
+    assert "error[LD0805]: component PROBE" in said and words in said
+    assert "probe.c:18:" in said, said
+
+
+def test_a_run_with_components_prints_what_a_run_prints(tmp_path: Path, capfd) -> None:
+    project(tmp_path)
+    trace = tmp_path / "trace.csv"
+    assert main(["run", str(tmp_path), "--scans", "3", "--watch", "p.calls", "--trace", "-"]) == 0
+    assert capfd.readouterr().out == "scan,t_ms,p.calls\n0,0,1\n1,10,2\n2,20,3\n"
+    assert main(["run", str(tmp_path), "--scans", "3", "--watch", "p.calls", "--trace", str(trace)]) == 0
+    assert trace.read_text().endswith("2,20,3\n")
+    assert main(["run", str(tmp_path), "--watch", "nothing"]) == 2
+
+
+def test_no_trace_is_left_half_written_by_a_crash(tmp_path: Path, capfd) -> None:
+    project(tmp_path, BODY.replace("    state->last[1]", "    if (state->calls == 3) __builtin_trap();\n"
+                                   "    state->last[1]"))
+    before = sorted(path.name for path in tmp_path.iterdir())
+    assert main(["run", str(tmp_path), "--scans", "9", "--watch", "p.calls", "--trace",
+                 str(tmp_path / "trace.csv")]) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == before

@@ -150,6 +150,9 @@ def _run(commands) -> None:
     parser.add_argument(
         "--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout"
     )
+    parser.add_argument(
+        "--sanitize", action="store_true", help="find what components in C and C++ write outside of their memory"
+    )
 
 
 def _fmt(commands) -> None:

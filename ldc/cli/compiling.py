@@ -55,11 +55,13 @@ def native_code(result: pipeline.Compiled) -> tuple[Binding, ...]:
     """The libraries of the components in C and C++, compiled now or before. Raises Invalid when they cannot be."""
     if not result.natives:
         return ()
+    from ldc.cli import sanitized
     from ldc.components import host  # slow to load, and most projects have no such component
 
     diagnostics = Diagnostics()
     globals_ = tuple(result.model.globals.values())
-    built = [host.build(native, globals_, diagnostics) for native in result.natives]
+    sanitize = sanitized.inside()
+    built = [host.build(native, globals_, diagnostics, sanitize) for native in result.natives]
     if diagnostics.has_errors:
         raise Invalid(diagnostics)
     report(diagnostics)

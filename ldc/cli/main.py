@@ -49,6 +49,7 @@ def _run(arguments: Sequence[str]) -> int:
     if options.command is None:
         parser.print_help(sys.stderr)
         return USAGE
+    options.arguments = list(arguments)
     command = importlib.import_module(f"ldc.cli.{options.command}")
     try:
         return command.run(options)

@@ -7,10 +7,13 @@ import io
 import re
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import BinaryIO
 
 from ldc import pipeline
+from ldc.cli import sanitized
+from ldc.cli.apart import apart
 from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
@@ -18,7 +21,7 @@ from ldc.cli.output import replacing
 from ldc.cli.powers import Powers
 from ldc.cli.watching import ChangeLines, LiveTable
 from ldc.diagnostics import Diagnostics, Invalid
-from ldc.manifest import Manifest
+from ldc.manifest import Manifest, Sources
 from ldc.reading import read_source
 from ldc.render import plural
 from runtime.machine import Machine
@@ -42,21 +45,42 @@ def run(options: argparse.Namespace) -> int:
 
         return run_firmware.run(options)
     sources = read(options.sources)
-    live = options.trace is None and is_terminal(sys.stdout)
     # The power of rungs is seen by stepping, which native code does not.
-    stepped = live and options.engine == "vm"
+    stepped = _live(options) and options.engine == "vm"
     result = compiled(sources, keep=stepped)
+    if not result.natives:
+        return _run(options, sources, result, lambda: None)
+    if options.sanitize and not sanitized.inside():
+        return sanitized.run(options.arguments, result)
+    bindings = native_code(result)
+    # A crash ends the process that writes: the file is given its name, or taken away, by this one.
+    with replacing(Path(options.trace)) if options.trace not in (None, "-") else nullcontext() as file:
+        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file))
+
+
+def _live(options: argparse.Namespace) -> bool:
+    return options.trace is None and is_terminal(sys.stdout)
+
+
+def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Action,
+         file: BinaryIO | None = None) -> int:
+    """All scans, and what is said at the end; ``beat`` is called before the first and after each scan.
+    ``file``: for the trace, when it is open already."""
+    live = _live(options)
+    stepped = live and options.engine == "vm"
     machine = start(result, options.period, sources.manifest, options.engine)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
     powers = Powers(machine, result.units) if stepped else None
     table = LiveTable(machine, names, scans, powers) if live else None
-    with displayed(options.trace, machine, names, table) as (scan, sample):
+    with displayed(options.trace, machine, names, table, file) as (scan, sample):
+        beat()
         for _ in range(scans):
             stimuli.apply(machine)
             scan()
             sample()
+            beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
@@ -148,7 +172,8 @@ def run_length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) 
 
 @contextmanager
 def displayed(
-    trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None
+    trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None,
+    opened: BinaryIO | None = None,
 ) -> Iterator[tuple[Action, Action]]:
     """How a scan is run, and what is done after each."""
     if table is not None:
@@ -157,7 +182,7 @@ def displayed(
     elif trace == "-":
         yield machine.scan, Trace(machine, names, sys.stdout).sample
     elif trace:
-        with replacing(Path(trace)) as file:
+        with replacing(Path(trace)) if opened is None else nullcontext(opened) as file:
             text = io.TextIOWrapper(file, encoding="utf-8", newline="")
             yield machine.scan, Trace(machine, names, text).sample
             text.flush()

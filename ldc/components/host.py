@@ -22,13 +22,13 @@ from ldc.diagnostics import Diagnostics
 from ldc.il.external import Binding, Shared
 from ldc.il.layout import measure
 from ldc.parser.tables import cache_folder
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Enum, Subrange
 
 FLAGS = (
     "-O2",
-    "-g",
+    "-gdwarf-4",
     "-fPIC",
     "-shared",
     "-fno-gnu-unique",
@@ -122,6 +122,23 @@ def build(
     return Binding(native.unit.name, library, component.entry, size, shared)
 
 
+def guard_library(diagnostics: Diagnostics) -> Path | None:
+    """The library with the handler that notes where native code crashes; None with findings."""
+    compiler = toolchain.find(toolchain.GCC, diagnostics)
+    if compiler is None:
+        return None
+    source = Path(__file__).with_name("guard") / "guard.c"
+    text = source.read_text(encoding="utf-8")
+    key = hashlib.sha256(f"{text}\0{compiler}".encode()).hexdigest()[:24]
+    library = cache_folder() / "components" / f"guard-{key}.so"
+    if library.is_file():
+        return library
+    file = SourceFile(str(source), text)
+    command = [compiler, "-O1", "-fPIC", "-shared", "-fvisibility=hidden"]
+    made = _linked(command, [str(source)], library, {str(source): file}, Span(file, 0, 0), diagnostics)
+    return library if made else None
+
+
 def rewritten(
     native: Native,
     memory: AddressMap,
@@ -175,6 +192,14 @@ def _compile(
         files.append(str(path))
     glue = folder / f"glue{suffix}"
     glue.write_text(_GLUE.replace("ENTRY", component.entry), encoding="utf-8")
+    own = ["-isystem", str(c_source.INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
+    return _linked([compiler, *flags, *own], [*files, str(glue), "-lm"], library, _named(component, diagnostics),
+                   component.span("function", "sources"), diagnostics)
+
+
+def _linked(command: list[str], files: list[str], library: Path, sources: dict[str, SourceFile], where: Span,
+            diagnostics: Diagnostics) -> bool:
+    """Runs a compiler; the library is there whole or not at all."""
     try:
         library.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=library.parent, suffix=".so")
@@ -182,9 +207,8 @@ def _compile(
         findings.cannot_write(diagnostics, str(library.parent), error.strerror or str(error))
         return False
     os.close(handle)
-    own = ["-isystem", str(c_source.INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
-    status, _, said = toolchain.run([compiler, *flags, *own, "-o", temporary, *files, str(glue), "-lm"])
-    toolchain.report(said, _named(component, diagnostics), component.span("function", "sources"), diagnostics)
+    status, _, said = toolchain.run([*command, "-o", temporary, *files])
+    toolchain.report(said, sources, where, diagnostics)
     if status:
         os.unlink(temporary)
         return False

@@ -1,0 +1,67 @@
+"""Work that calls components in C and C++ runs in a process of its own: what they break is told, and stays
+there."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from ldc import pipeline
+from ldc.cli.console import INTERNAL, Failure, UsageError, report, say
+from ldc.components import host
+from ldc.components.find import body_sources
+from ldc.components.project import Native
+from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
+from ldc.il.external import Binding
+from ldc.render import visible
+from ldc.source import Span
+from runtime.guard import Beat, Crash, guarded
+
+
+def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int]) -> int:
+    """The status of the work. Raises Invalid for a crash, with the component and its line in C."""
+    diagnostics = Diagnostics()
+    handler = host.guard_library(diagnostics)
+    if handler is None:
+        raise Invalid(diagnostics)
+
+    def watched(beat: Beat) -> int:
+        try:
+            beat.watch([b.library for b in bindings], handler)
+            return work(beat)
+        except (UsageError, Failure) as error:
+            say(f"ldc run: {visible(str(error))}")
+            return 2 if isinstance(error, UsageError) else 1
+        except Invalid as error:
+            return report(error.diagnostics, error.locate) or 1
+        except Exception:
+            sys.excepthook(*sys.exc_info())
+            return INTERNAL
+
+    sys.stdout.flush()
+    sys.stderr.flush()
+    end = guarded(watched)
+    if isinstance(end, Crash):
+        raise Invalid([_told(end, result, bindings)])
+    return end
+
+
+def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]) -> Diagnostic:
+    """A crash in words, at its line when that is known."""
+    unit = next((b.unit for b in bindings if crash.library is not None and b.library == crash.library), None)
+    native = next((n for n in result.natives if unit is not None and n.unit.name == unit), None)
+    name = f"component {native.component.name}" if native else "a component"
+    bag = Diagnostics()
+    span = _span(crash, native) if native else None
+    bag.error("LD0805", f"{name} {crash.what}: the run was ended", span, "here" if crash.line else "called here",
+              help="`ldc run --sanitize` tells more; nothing of the program runs on, outputs take their safe values"
+              if not crash.hang else "bound every loop; a component is called in every scan")
+    return next(iter(bag))
+
+
+def _span(crash: Crash, native: Native) -> Span:
+    for source in body_sources(native.component, Diagnostics()) or ():
+        if crash.line and Path(source.path).resolve() == Path(crash.file).resolve():
+            return source.line_span(crash.line)
+    return native.component.span("function", "sources")

@@ -1,0 +1,174 @@
+"""Runs work that calls foreign native code in a process of its own, watched: a crash or a hang ends that
+process, and tells where.
+
+A handler in C (``ldc/components/guard``) catches the signals that end a process and notes the addresses of the
+calls; the libraries' debug information makes a line of the innermost one that lies in a component.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+HANG = 2.0
+"""Seconds without a beat after which work counts as hanging; a scan takes milliseconds."""
+
+_BEATS, _NOTE, _BASES, _SIZE = 0, 8, 512, 16 * 1024
+_FINISHED = _SIZE - 8
+_MOST = 48
+_POLL = 0.02
+_PLACE = re.compile(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class Crash:
+    """How the process ended. ``signal``: its number, 0 for an exit that nobody asked for; ``hang``: it was
+    stopped because it did not go on. ``file``, ``line``: where in a source, "" and 0 when that is not known;
+    ``library``: whose code ran."""
+
+    signal: int
+    hang: bool
+    library: Path | None = None
+    file: str = ""
+    line: int = 0
+
+    @property
+    def what(self) -> str:
+        """In words."""
+        if self.hang:
+            return "does not end"
+        return {
+            signal.SIGFPE: "divides by zero", signal.SIGSEGV: "reads or writes memory that is not there",
+            signal.SIGBUS: "reads or writes memory that is not there", signal.SIGILL: "ran into no instruction",
+            signal.SIGABRT: "gave up (abort)",
+        }.get(self.signal, f"was ended by signal {self.signal}" if self.signal else "left the process")
+
+
+class Beat:
+    """What the work is given: it is called once a scan, and told the libraries that may crash."""
+
+    def __init__(self, memory: mmap.mmap) -> None:
+        self._memory, self._count = memory, 0
+        self._alive: tuple = ()
+
+    def __call__(self) -> None:
+        self._count += 1
+        struct.pack_into("<Q", self._memory, _BEATS, self._count)
+
+    def watch(self, libraries: Iterable[Path], handler: Path) -> None:
+        """Loads the libraries, notes where they lie in memory, and installs the handler of its library. Raises
+        OSError when one cannot be loaded."""
+        import cffi  # a run without components does not need it
+
+        ffi = cffi.FFI()
+        ffi.cdef("void ldc_guard(int64_t *where);")
+        self._alive = [ffi.dlopen(str(path)) for path in libraries], ffi.dlopen(str(handler))
+        wanted = {str(path.resolve()) for path in libraries}
+        bases: dict[str, int] = {}
+        with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
+            for line in maps:
+                addresses, _, offset, *_, path = f"{line.rstrip()} ".split(" ", 5)
+                path = path.strip()
+                if path in wanted:
+                    start, end = (int(part, 16) for part in addresses.split("-"))
+                    low, high = bases.get(path, (start - int(offset, 16), end))
+                    bases[path] = (min(low, start), max(high, end))
+        text = "\n".join(f"{low:x} {high:x} {path}" for path, (low, high) in bases.items()).encode()
+        text = text[:_FINISHED - _BASES - 1]
+        self._memory[_BASES : _BASES + len(text) + 1] = text + b"\0"
+        buffer = ffi.from_buffer("int64_t[]", self._memory)
+        self._alive[1].ldc_guard(buffer + _NOTE // 8)
+
+
+def guarded(work: Callable[[Beat], int], hang: float = HANG) -> int | Crash:
+    """The status that ``work`` returns in a process of its own, or how that process ended. What it prints goes
+    where this process prints to. An interrupt from the keyboard reaches both."""
+    memory = mmap.mmap(-1, _SIZE)
+    child = os.fork()
+    if child == 0:
+        _exit_with(work, memory)
+    try:
+        return _watched(child, memory, hang)
+    except BaseException:
+        _kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        raise
+
+
+def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:
+    """Ends the process with the status of the work; never returns."""
+    status = 3
+    try:
+        status = work(Beat(memory))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        status = 130
+    except BrokenPipeError:
+        status = 141
+    finally:
+        struct.pack_into("<q", memory, _FINISHED, 1)  # it came to an end of its own accord
+        os._exit(status)
+
+
+def _watched(child: int, memory: mmap.mmap, hang: float) -> int | Crash:
+    seen, since, asked = -1, time.monotonic(), False
+    while True:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            break
+        beats, = struct.unpack_from("<Q", memory, _BEATS)
+        now = time.monotonic()
+        if beats != seen or beats == 0:
+            seen, since = beats, now
+        elif now - since > hang:
+            _kill(child, signal.SIGKILL if asked else signal.SIGUSR1)
+            asked, since = True, now - hang / 2
+        time.sleep(_POLL)
+    return _outcome(os.waitstatus_to_exitcode(status), memory, asked)
+
+
+def _outcome(status: int, memory: mmap.mmap, asked: bool) -> int | Crash:
+    finished, = struct.unpack_from("<q", memory, _FINISHED)
+    if finished and not asked:
+        return status
+    noted, count = struct.unpack_from("<qq", memory, _NOTE)
+    addresses = struct.unpack_from(f"<{min(max(count, 0), _MOST)}Q", memory, _NOTE + 16)
+    return Crash(noted or max(-status, 0), asked, *_place(addresses, memory))
+
+
+def _place(addresses: Sequence[int], memory: mmap.mmap) -> tuple[Path | None, str, int]:
+    """The innermost call that lies in a watched library."""
+    rows = [row.split(" ", 2) for row in memory[_BASES:_FINISHED].split(b"\0", 1)[0].decode().splitlines()]
+    for number, address in enumerate(addresses):
+        for low, high, path in rows:
+            if int(low, 16) <= address < int(high, 16):
+                # What is behind the first address are those to return to, behind the call.
+                file, line = _line_of(Path(path), address - int(low, 16) - (number > 0))
+                return Path(path), file, line
+    return None, "", 0
+
+
+def _line_of(library: Path, offset: int) -> tuple[str, int]:
+    tool = shutil.which("addr2line")
+    if tool is None:
+        return "", 0
+    done = subprocess.run([tool, "-e", str(library), hex(offset)], capture_output=True, text=True, check=False)
+    match = _PLACE.match(done.stdout.strip())
+    return (match[1], int(match[2])) if match and match[1] != "??" else ("", 0)
+
+
+def _kill(child: int, number: int) -> None:
+    try:
+        os.kill(child, number)
+    except ProcessLookupError:
+        return

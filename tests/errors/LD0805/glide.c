@@ -1,0 +1,9 @@
+#include "glide.h"
+
+void glide(const glide_in *in, glide_out *out, glide_state *state, uint32_t dt_us)
+{
+    (void)state;
+    (void)dt_us;
+    int none = (int)in->target - 10;
+    out->value = (float)(100 / none);
+}
