@@ -25,7 +25,7 @@ FLAGS = ("-std=c11", "-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=of
 TASKS_MOST = 64
 _SYSTICK = 1 << 24
 _ROOM = files("ldc.backends.firmware")
-_RUNTIME = ("scan.c", "live.c")
+_RUNTIME = ("scan.c", "live.c", "system.c")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,10 +72,11 @@ def address_of(elf: Path, symbol: str) -> int:
 
 def line_of(firmware: Path, address: int) -> str | None:
     """``file:line`` of an address of the code, None when it is not known."""
-    path = toolchain.find(toolchain.ARM_GCC)
-    if path is None:
+    compiler = toolchain.find(toolchain.ARM_GCC)
+    if compiler is None or not address:
         return None
-    done = subprocess.run([gcc.beside(path, "addr2line"), "-e", str(firmware), hex(address)], capture_output=True,
-                          text=True, check=False)
-    text = done.stdout.strip()
-    return text if done.returncode == 0 and text and "?" not in text else None
+    try:
+        text = gcc.run([gcc.beside(compiler, "addr2line"), "-e", str(firmware), hex(address)]).strip()
+    except gcc.CompilerFailed:
+        return None
+    return text if text and "?" not in text else None

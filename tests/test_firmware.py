@@ -1,0 +1,179 @@
+"""Firmware: one program, one trace, on the virtual machine, as native code and on Cortex-M in QEMU."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from ldc.backends.firmware import board
+from ldc.cli.main import main
+from ldc.components import toolchain
+
+SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml"))
+MISSING = [t.command for t in (toolchain.GCC, toolchain.ARM_GCC, toolchain.QEMU_ARM) if toolchain.find(t) is None]
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed: script/bootstrap --with-arm")
+TRAILER = re.compile(r"^\d+ scans?.* of virtual time\n", re.MULTILINE)
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture):
+    """``run(arguments)``: exit status, trace and what was said, of ``ldc run``."""
+    monkeypatch.chdir(tmp_path)
+
+    def go(*arguments: str) -> tuple[int, str, str]:
+        status = main(["run", *arguments, "--trace", "-"])
+        out, err = capsys.readouterr()
+        return status, out, TRAILER.sub("", err)
+
+    return go
+
+
+def written(text: str, inputs: str = "") -> str:
+    Path("main.ld").write_text(text)
+    Path("in.csv").write_text(inputs)
+    return "main.ld"
+
+
+@pytest.mark.parametrize("folder", SAMPLES, ids=lambda p: p.name)
+def test_every_sample_does_the_same_on_every_engine(folder: Path, run) -> None:
+    expected = 0, (folder / "expected.csv").read_text(), ""
+    for engine in (("--engine", "vm"), ("--engine", "native"), ("--target", "cortex-m3")):
+        assert run(str(folder), *engine) == expected, engine
+
+
+@pytest.mark.parametrize("name", sorted(board.known()))
+def test_every_board_runs(name: str, run) -> None:
+    folder = SAMPLES[0].parent / "pump_station"
+    found = run(str(folder), "--target", board.known()[name].target, "--board", name)
+    assert found == (0, (folder / "expected.csv").read_text(), "")
+
+
+FAULTS = """
+PROGRAM main
+VAR
+    go AT %IX0.0 : BOOL;
+    which AT %IW2 : INT;
+    lamp AT %QX0.0 : BOOL;
+    level AT %QW2 : INT := 5;
+    divisor : DINT;
+    few : ARRAY [1..3] OF INT;
+    deep : inner;
+    text : STRING[20];
+END_VAR
+RUNG count <ADD(IN1 := level, IN2 := 1, OUT => level)> (lamp)
+RUNG divide [go] [which = 1] [7 / divisor > 2] (S lamp)
+RUNG index [go] [which = 2] [few[which + 3] > 2] (S lamp)
+RUNG again [go] [which = 3] >>count
+RUNG inside [go] [which = 4] <deep: inner(n := divisor)>
+RUNG tell <CONCAT(IN1 := text, IN2 := 'ab', OUT => text)>
+END_PROGRAM
+
+FUNCTION_BLOCK inner
+VAR_INPUT enable : BOOL; n : DINT; END_VAR
+VAR_OUTPUT q : BOOL; END_VAR
+RUNG divide [enable] [1 / n = 1] (q)
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.mark.parametrize("which", (1, 2, 3, 4))
+def test_faults_stop_a_task_at_the_same_place(which: int, run) -> None:
+    """With the rung and its line, the calls that led there, and outputs at their safe values."""
+    source = written(FAULTS, f"scan,go,which\n3,1,{which}\n")
+    options = "--inputs", "in.csv", "--scans", "6", "--watch", "lamp,level,text,deep.q"
+    expected = run(source, *options)
+    assert expected[0] == 1 and "error[LD080" in expected[2]
+    assert run(source, *options, "--target", "cortex-m3") == expected
+
+
+TASKS = """
+PROGRAM fast
+VAR_EXTERNAL trigger : BOOL; END_VAR
+VAR n : INT; late : TON; pulse AT %QX1.1 : BOOL; END_VAR
+RUNG <ADD(IN1 := n, IN2 := 1, OUT => n)>
+RUNG [trigger] <late: TON(PT := T#25ms)> (pulse)
+END_PROGRAM
+PROGRAM slow
+VAR n : INT; wrong : BOOL; crash AT %IX0.7 : BOOL; END_VAR
+VAR out AT %QW2 : INT; END_VAR
+RUNG <ADD(IN1 := n, IN2 := 1, OUT => n)> <MOVE(IN := n, OUT => out)>
+RUNG [crash] [1 / (n - n) > 0] (wrong)
+END_PROGRAM
+PROGRAM once
+VAR n : INT; END_VAR
+RUNG <ADD(IN1 := n, IN2 := 1, OUT => n)>
+END_PROGRAM
+CONFIGURATION plant
+VAR_GLOBAL trigger AT %IX0.0 : BOOL; END_VAR
+RESOURCE master ON master
+TASK quick (INTERVAL := T#5ms, PRIORITY := 1);
+TASK lazy (INTERVAL := T#15ms, PRIORITY := 2);
+TASK event (SINGLE := trigger, PRIORITY := 0);
+PROGRAM a WITH quick : fast;
+PROGRAM b WITH lazy : slow;
+PROGRAM c WITH event : once;
+PROGRAM d WITH quick : once;
+END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+def test_tasks_go_by_interval_priority_and_event(run) -> None:
+    rows = "".join(f"{scan},{scan % 5 > 1:d},{scan == 21:d}\n" for scan in range(24))
+    source = written(TASKS, "scan,trigger,b.crash\n" + rows)
+    options = "--inputs", "in.csv", "--scans", "30", "--watch", "a.n,b.n,c.n,d.n,a.late.ET,a.pulse,b.out"
+    expected = run(source, *options)
+    assert expected[0] == 1 and "LD0801" in expected[2]
+    assert run(source, *options, "--target", "cortex-m3", "--board", "lm3s6965evb") == expected
+
+
+VALUES = """
+PROGRAM main
+VAR
+    bits AT %IB4 : BYTE;
+    bit AT %IX4.3 : BOOL;
+    r : REAL := 0.1; l : LREAL := 1.5; t : TIME := T#1s; s : STRING[30] := 'start'; w : WSTRING[9];
+    i : LINT := 9223372036854775807; u : USINT; e : (red, green, blue) := green;
+    text : STRING[40]; again : REAL; big AT %ML3 : LWORD; odd AT %QW5 : INT;
+END_VAR
+RUNG <MUL(IN1 := r, IN2 := 1.1, OUT => r)> <SQRT(IN := l, OUT => l)>
+RUNG <ADD(IN1 := i, IN2 := 1, OUT => i)> <SUB(IN1 := u, IN2 := 1, OUT => u)>
+RUNG <REAL_TO_STRING(IN := r, OUT => text)> <STRING_TO_REAL(IN := text, OUT => again)>
+RUNG <CONCAT(IN1 := s, IN2 := 'x', OUT => s)> <MULTIME(IN1 := t, IN2 := r, OUT => t)>
+RUNG [bit] <ROL(IN := big, N := 3, OUT => big)> <REAL_TO_INT(IN := r, OUT => odd)>
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("target", board.TARGETS)
+def test_values_of_all_kinds_go_in_and_come_out(target: str, run) -> None:
+    source = written(VALUES, "scan,bits,s,r,w,e,big,t\n1,8,,2.5,hi,blue,16#8000000000000001,\n"
+                     "4,255,a longer text than before,-1e30,,red,,T#5s\n7,0,,1e-40,,,,\n")
+    names = "bits,bit,r,l,t,s,w,i,u,e,text,again,big,odd"
+    expected = run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names)
+    assert expected[0] == 0
+    assert run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names, "--target", target) == expected
+
+
+def test_a_build_tells_what_is_where_and_how_large(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = SAMPLES[0].parent / "pump_station"
+    assert main(["build", str(folder), "--target", "cortex-m3", "-o", "out"]) == 0
+    lines = [line.rsplit(maxsplit=2) for line in capsys.readouterr().out.splitlines()[1:]]
+    rows = {name: (int(flash.replace(",", "")), int(ram.replace(",", ""))) for name, flash, ram in lines}
+    board_size, total = rows.pop("of mps2-an385"), rows.pop("total")
+    assert board_size == (4 << 20, 4 << 20)
+    assert total == tuple(map(sum, zip(*rows.values())))
+    assert rows["PROGRAM station"][0] > 300 < rows["PROGRAM station"][1]
+    assert rows["FUNCTION_BLOCK ALARM"][0] > 50
+    image = (tmp_path / "out" / "pump_station.bin").read_bytes()
+    assert len(image) == total[0]
+    about = json.loads((tmp_path / "out" / "firmware.json").read_text())
+    begin = about["block"]["address"]
+    assert 0x2000_0000 <= begin < 0x2000_0000 + total[1]
+    assert all(begin <= v["address"] < begin + about["block"]["size"] for v in about["variables"].values())
+    symbols = (tmp_path / "out" / "pump_station.map").read_text()
+    assert f"{begin:#018x}" in symbols or f"{begin:#010x}" in symbols
