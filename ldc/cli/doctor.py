@@ -25,8 +25,9 @@ class Tool:
 
 _TOOLS = (
     Tool("gcc", "native code (`ldc build`, `--engine native`) and components in C", "gcc"),
-    Tool("arm-none-eabi-gcc", "firmware for Cortex-M (in a coming version)", "gcc-arm-none-eabi"),
-    Tool("qemu-system-arm", "firmware without a board (in a coming version)", "qemu-system-arm"),
+    Tool("arm-none-eabi-gcc", "firmware for Cortex-M (`ldc build --target cortex-m3`)",
+         "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+    Tool("qemu-system-arm", "running firmware (`ldc run --target cortex-m3`)", "qemu-system-arm"),
     Tool("dot", "pictures of `ldc compile --emit graph -o x.dot`", "graphviz"),
 )
 
