@@ -10,9 +10,13 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element
+from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element, Input
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.rung import RungWriter
+
+_ON = frozenset((RAIL,))
+_UNFED = ("block", *VALUES)
+"""What may stand in a drawing though nothing feeds it."""
 
 
 def ladder(
@@ -57,24 +61,18 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
     if not drawing.has_rail:
         for element in elements.values():
             if element.kind == "contact" and not element.inputs[0].sources and not element.inputs[0].cut:
-                element.inputs[0].sources = frozenset((RAIL,))
-    for pin in (pin for element in elements.values() for pin in element.inputs):
-        if RAIL in pin.sources:  # what is wired beside the rail changes nothing
-            pin.sources = frozenset((RAIL,))
+                element.inputs[0].sources = _ON
+    feeds: dict[str, list[tuple[Element, Input]]] = {}
     for element in elements.values():
-        pin = element.inputs[0] if element.inputs else None
-        if element.kind in ("jump", "return") and not pin.sources and not pin.cut:
-            pin.sources = frozenset((RAIL,))
-    users: dict[str, int] = dict.fromkeys(elements, 0)
-    for element in elements.values():
+        if element.kind in ("jump", "return") and not element.inputs[0].sources and not element.inputs[0].cut:
+            element.inputs[0].sources = _ON
         for pin in element.inputs:
-            for source in pin.sources - {RAIL}:
-                users[source[0]] += 1
-    feeds: dict[str, list] = {}
-    for element in elements.values():
-        for pin in element.inputs:
-            for source in pin.sources - {RAIL}:
-                feeds.setdefault(source[0], []).append((element, pin))
+            if RAIL in pin.sources:  # what is wired beside the rail changes nothing
+                pin.sources = _ON
+                continue
+            for id_, _ in pin.sources:
+                feeds.setdefault(id_, []).append((element, pin))
+    users = {id_: len(feeds.get(id_, ())) for id_ in elements}
     for element in elements.values():
         if element.kind == "inVariable" and not users[element.id] and not drawing.broken:
             what = f"{drawing.where}: {element.describe()}"
@@ -85,8 +83,7 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         element = work.pop()
         if element.id in gone:
             continue
-        unfed = element.kind not in ("block", *VALUES) and not element.inputs[0].sources and (
-            element.inputs[0].text is None)
+        unfed = element.kind not in _UNFED and not element.inputs[0].sources and element.inputs[0].text is None
         unused = element.kind == "contact" and not users[element.id]
         if not unfed and not unused:
             continue
@@ -99,9 +96,9 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
             pin.cut = True
             work.append(user)
         for pin in element.inputs:
-            for source in pin.sources - {RAIL}:
-                users[source[0]] -= 1
-                work.append(elements[source[0]])
+            for id_, _ in pin.sources - _ON:
+                users[id_] -= 1
+                work.append(elements[id_])
     for id_ in gone:
         del elements[id_]
 
@@ -120,9 +117,9 @@ def _together(drawing: Drawing) -> list[list[Element]]:
     members = [e for e in elements.values() if e.kind not in VALUES]
     for element in members:
         for pin in element.inputs:
-            for source in pin.sources - {RAIL}:
-                if elements[source[0]].kind not in VALUES:
-                    parent[find(element.id)] = find(source[0])
+            for id_, _ in pin.sources:
+                if id_ and elements[id_].kind not in VALUES:
+                    parent[find(element.id)] = find(id_)
     groups: dict[str, list[Element]] = {}
     for element in members:
         groups.setdefault(find(element.id), []).append(element)

@@ -110,14 +110,18 @@ class Node:
                 work += reversed(node.children)
 
     def get(self, name: str) -> str:
-        return self.attributes.get(name, "")
+        found = self._attributes
+        return (self.attributes if found is None else found).get(name, "")
 
     def flag(self, name: str) -> bool:
-        return self.attributes.get(name, "").strip().lower() in ("true", "1")
+        text = self.get(name)
+        return text not in ("", "false") and text.strip().lower() in ("true", "1")
 
     def number(self, name: str, default: int = 0) -> int:
         """An attribute as a whole number (positions are decimal fractions in some exports)."""
-        text = self.attributes.get(name, "").strip()
+        text = self.get(name).strip()
+        if len(text) < 16 and text.isascii() and text.isdecimal():
+            return int(text)
         return int(float(text)) if _NUMBER.fullmatch(text) else default
 
     @property
@@ -131,12 +135,10 @@ class Node:
 
     def attribute(self, name: str) -> Span:
         """The value of an attribute, between its quotes; in the text where character references are read."""
-        head = self.document.source.text[self.start : self.inside]
-        found = re.search(rf"""\s{re.escape(name)}\s*=\s*(?:"([^"]*)"|'([^']*)')""", head)
-        if found is None:
-            return self.span
-        start, end = found.span(found.lastindex or 1)
-        return self.document.readable(self.start + start, self.start + end)
+        for found in _ATTRIBUTE.finditer(self.document.source.text, self.start, self.inside):
+            if found[1] == name:
+                return self.document.readable(*found.span(found.lastindex))
+        return self.span
 
     @property
     def content(self) -> Span:

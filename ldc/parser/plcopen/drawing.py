@@ -232,6 +232,11 @@ class Drawing:
                 work.pop()
             return known[output]
 
+        outputs = {output for element in self.elements.values() for pin in element.inputs
+                   for output in pin.sources}
+        if all(output == RAIL or self.elements[output[0]].kind != "continuation" and behind(output) is None
+               for output in outputs):
+            return
         first = {id(pin): frozenset().union(*map(real, pin.sources)) if pin.sources else pin.sources
                  for element in self.elements.values() for pin in element.inputs}
         for element in self.elements.values():

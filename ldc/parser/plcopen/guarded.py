@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cache
 
 from ldc.library import blocks
 from ldc.parser import ast
@@ -134,8 +135,16 @@ def nodes(tree: object, kind: type | tuple[type, ...]) -> Iterator:
             yield node
         if isinstance(node, tuple):
             work += reversed(node)
-        elif is_dataclass(node) and not isinstance(node, Span):
-            work += [getattr(node, f.name) for f in reversed(fields(node))]
+        else:
+            work += [getattr(node, name) for name in _parts(type(node))]
+
+
+@cache
+def _parts(class_: type) -> tuple[str, ...]:
+    """The fields in which nodes of a class hold other nodes, the last one first."""
+    if not is_dataclass(class_) or class_ is Span:
+        return ()
+    return tuple(f.name for f in reversed(fields(class_)) if f.type not in ("Span", "str", "bool"))
 
 
 def _written(tree: object) -> Iterator[str]:

@@ -9,6 +9,7 @@ makes that impossible the drawing order stays, and the schedule opens the loop (
 from __future__ import annotations
 
 from heapq import heapify, heappop, heappush
+from operator import attrgetter
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -20,7 +21,7 @@ from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _STORAGE = {"set": "S", "reset": "R"}
-_STORES = ("outVariable", "inOutVariable")
+_TAKE_VALUES = ("block", "outVariable", "inOutVariable")
 _NO_WIRE = "_"
 
 
@@ -47,16 +48,16 @@ class RungWriter:
     def rung(self, name: str | None, title: str | None) -> ast.Rung | None:
         pins = {element.id: Pins(self, element) for element in self.group if element.kind == "block"}
         for element in self.group:
+            values = element.kind in _TAKE_VALUES
             for pin in element.inputs:
-                at_pin = element.kind in ("block", *_STORES) and self.value_at(pin) is not None
-                if not at_pin and not self.attached(element):
+                if not values or self.value_at(pin) is None and not self.attached(element):
                     self.want(pin)
         for element in self.group:
             self.at = element.order
             if element.kind == "block":
                 pins[element.id].write()
             else:
-                getattr(self, f"_{element.kind}")(element)
+                _WRITERS[element.kind](self, element)
         self._values()
         if not self.steps:
             return None
@@ -71,10 +72,11 @@ class RungWriter:
 
     def want(self, pin: Input) -> None:
         """Make the net of an input known before anything feeds it."""
-        if pin.sources and RAIL not in pin.sources and pin.sources not in self.sets:
-            self.sets[pin.sources] = self.fresh()
-            for output in pin.sources:
-                self.feeds.setdefault(output, []).append(pin.sources)
+        sources = pin.sources
+        if sources and RAIL not in sources and sources not in self.sets:
+            self.sets[sources] = self.fresh()
+            for output in sources:
+                self.feeds.setdefault(output, []).append(sources)
 
     def net(self, pin: Input) -> str | None:
         """The net that feeds an input; None when nothing does."""
@@ -257,7 +259,9 @@ class RungWriter:
 
     def _ordered(self) -> tuple[list[Step], bool]:
         """The steps, each behind what feeds it, and True; in drawing order, and False, when a loop forbids."""
-        steps = sorted(self.steps, key=lambda step: step.order)
+        steps = sorted(self.steps, key=attrgetter("order"))
+        if _is_ordered(steps):
+            return steps, True
         feeders: dict[str, int] = {}
         for step in steps:
             for net in {step.tail, *step.writes} - {None}:
@@ -282,3 +286,18 @@ class RungWriter:
                     if not missing[index]:
                         heappush(ready, index)
         return (done, True) if len(done) == len(steps) else (steps, False)
+
+
+def _is_ordered(steps: list[Step]) -> bool:
+    """Whether everything is fed before it is read (steps that are read and fed by themselves are not)."""
+    read: set[str | None] = set()
+    for step in steps:
+        read.add(step.head)
+        read.update(step.reads)
+        if step.tail is not None and step.tail in read or step.writes and not read.isdisjoint(step.writes):
+            return False
+    return True
+
+
+_WRITERS = {kind: getattr(RungWriter, f"_{kind}") for kind in (
+    "contact", "coil", "transition", "outVariable", "inOutVariable", "jump", "return")}
