@@ -11,6 +11,9 @@ from importlib import resources
 _TITLE = re.compile(r"# (LD\d{4}): (.+)")
 
 
+_LOOKALIKES = str.maketrans("OIL", "011")
+
+
 @dataclass(frozen=True, slots=True)
 class Page:
     """`text` is Markdown and begins with its own title line."""
@@ -41,6 +44,7 @@ def page(code: str) -> Page | None:
 def nearest(code: str, count: int = 3) -> tuple[str, ...]:
     """Codes that look most like what was asked for: those that go on from it, then near ones."""
     asked = code.upper() if code[:1].isalpha() else f"LD{code}"
+    asked = asked[:2] + asked[2:].translate(_LOOKALIKES)
     begun = [known for known in codes() if len(asked) > 2 and known.startswith(asked)]
     close = difflib.get_close_matches(asked, codes(), count, 0.6)
     return tuple(dict.fromkeys([*begun, *close]))[:count]

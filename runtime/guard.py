@@ -111,6 +111,7 @@ def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:
     try:
         status = work(Beat(memory))
         sys.stdout.flush()
+        sys.stderr.flush()
     except KeyboardInterrupt:
         status = 130
     except BrokenPipeError:

@@ -9,9 +9,9 @@ what it prints; ``...`` stands for any text, alone in a line for any lines.
 
 from __future__ import annotations
 
-import io
 import re
 import shlex
+import tempfile
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -95,10 +95,12 @@ class Shell:
         if name == "cat":
             return "".join(Path(argument).read_text(encoding="utf-8") for argument in arguments)
         assert name == "ldc", command
-        printed = io.StringIO()
-        with redirect_stdout(printed), redirect_stderr(printed):
-            self.status = main(arguments)
-        return printed.getvalue()
+        # A file, not a string: processes that a command starts write into it as well.
+        with tempfile.TemporaryFile("w+", encoding="utf-8") as printed:
+            with redirect_stdout(printed), redirect_stderr(printed):
+                self.status = main(arguments)
+            printed.seek(0)
+            return printed.read()
 
 
 def agrees(expected: str, printed: str) -> bool:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from strategies import expressions, junction_rungs, program_text, sp_rungs
 from test_parser import DECLARATIONS, bare, parsed
 
+from ldc.cli.main import main
 from ldc.parser import ast
 from ldc.parser.format import format_file
 from ldc.parser.layout import WIDTH
@@ -200,3 +201,11 @@ def commented(draw, text: str) -> str:
 def test_comments_anywhere_are_kept(data: st.DataObject) -> None:
     text = data.draw(st.sampled_from([CANONICAL, DECLARATIONS]) | sp_rungs().map(lambda r: program_text([r])))
     formatted(data.draw(commented(text)))
+
+
+def test_files_of_other_tools_are_left_as_they_are(tmp_path, capsys) -> None:
+    text = "LDmicro0.2\nCYCLE=10000 us\nPROGRAM\nRUNG 1\n  CONTACTS Xstart 0 0\n  COIL Ymotor 0 0 0 0\nEND\n"
+    (tmp_path / "old.ld").write_text(text)
+    assert main(["fmt", str(tmp_path / "old.ld")]) == 0
+    assert (tmp_path / "old.ld").read_text() == text
+    assert "is a file of LDmicro" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from ldc.cli.console import OK, WRONG, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import write_file
 from ldc.diagnostics import Diagnostics, Severity
-from ldc.parser import parse_file
+from ldc.parser import format_of, parse_file
 from ldc.parser.format import format_file
 from ldc.render import plural
 
@@ -22,6 +22,9 @@ def run(options: argparse.Namespace) -> int:
     sources = {Path(file.path).resolve(): file for path in options.sources for file in read([path]).files}
     for source in sources.values():
         if not source.path.lower().endswith((".ld", ".st")):
+            continue
+        if (foreign := format_of(source)) is not None:
+            say(f"left as it is: {source.path} is a file of {foreign.name} (ldc import makes text of it)")
             continue
         own = Diagnostics()
         file = parse_file(source, own)

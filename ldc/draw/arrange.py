@@ -174,7 +174,8 @@ def _ranks(drawn: Sketch) -> tuple[dict[int, int], int, int] | None:
     for node, steps in depth.items():
         rank[node] = columns - steps
     for net in drawn.late:
-        rank[net] = min((rank[node] for node, _ in after[net]), default=rank[net])
+        if net in rank:  # a junction alone may be on no way
+            rank[net] = min((rank[node] for node, _ in after[net]), default=rank[net])
     for number, figure in enumerate(drawn.figures):
         figure.column = rank[~number]
     rank[RAIL], rank[RIGHT] = 0, columns
