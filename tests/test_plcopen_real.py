@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from plcopen_xml import (
+    NAMESPACE,
     block,
     coil,
     contact,
@@ -255,3 +256,57 @@ def test_a_clock_is_set_by_an_edge() -> None:
 
 def test_a_project_has_a_limit_of_statements() -> None:
     assert findings(statements(";" * 300_010)) == ["LD0142 the XML has more than 300,000 statements"]
+
+
+# ---- addresses
+
+OF_BEREMIZ = f'<project xmlns:ns1="{NAMESPACE}" '
+ANALOG = (("a", "%IX0.0", "BOOL"), ("level", "%IW0", "INT"), ("q", "%QX0.0", "BOOL"), ("speed", "%QW0", "INT"),
+          ("far", "%QW3", "INT"), ("wide", "%MD0", "DINT"), ("narrow", "%MW1", "INT"), ("small", "%MB9", "BYTE"))
+
+
+def places(xml: str) -> dict[str, str | None]:
+    (main,) = compiled(xml).project.files[0].pous
+    return {v.name: v.location for block in main.var_blocks for v in block.variables}
+
+
+def test_bits_and_words_are_apart_in_openplc() -> None:
+    body = "<ST>IF a THEN speed := level; q := TRUE; END_IF; wide := 70000; narrow := 5;</ST>"
+    xml = project(located(body, *ANALOG)).replace("<project ", OF_BEREMIZ)
+    assert places(xml) == {"a": "%IX0.0", "level": "%IW1", "q": "%QX0.0", "speed": "%QW4", "far": "%QW3",
+                           "wide": "%MD3", "narrow": "%MW1", "small": "%MB9"}
+    assert [found[:6] for found in findings(xml)] == ["LD0155"] * 3
+    assert run(xml, [{"a": 1, "level": 256}, {"a": 0}], "a level speed q wide narrow") == [
+        "1 256 256 1 70000 5", "0 256 256 1 70000 5"]
+
+
+def test_an_address_that_the_program_names_stays() -> None:
+    xml = project(located("<ST>%QW0 := 3; speed := speed + 1;</ST>", *ANALOG)).replace("<project ", OF_BEREMIZ)
+    assert places(xml)["speed"] == "%QW0"
+
+
+def test_other_editors_mean_one_image() -> None:
+    xml = project(located("<ST>q := a;</ST>", *ANALOG))
+    assert places(xml) == {name: place for name, place, _ in ANALOG}
+
+
+@pytest.mark.parametrize("place", ["%I*", "%QX*", "%MW*", "%IX0.1.2", "%QW1.2.3", "%MW2000"])
+def test_an_address_that_is_no_place_here_is_left_out(place: str) -> None:
+    xml = project(located("<ST>IF x > 2 THEN q := TRUE; END_IF;</ST>", ("x", place, "INT"), ("q", "%QX0.0", "BOOL")))
+    assert findings(xml) == [f"LD0152 PLCopen XML: the address {place} of `x` is left out"]
+    assert run(xml, [{}, {"x": 3}], "q") == ["0", "1"]
+
+
+def test_an_input_of_a_program_that_it_writes() -> None:
+    sections = f"<inputVars>{variables('a b : BOOL')}</inputVars>"
+    xml = project(pou(f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'b', 2)}</LD>", "", sections=sections))
+    assert not findings(xml)
+    assert run(xml, [{"a": 1}], "b") == ["1"]
+
+
+def test_a_pin_on_both_sides_of_a_block_is_in_out() -> None:
+    inc = pou("<ST>v := v + 1;</ST>", "", name="inc", kind="functionBlock",
+              sections=f"<inOutVars>{variables('v : INT')}</inOutVars>")
+    drawn = f"<FBD>{value(2, 'i')}{block(3, 'inc', {'v': 2}, ('v',), 'f')}{result(4, 'j', '3.v')}</FBD>"
+    xml = project(inc, pou(drawn, "i j : INT; f : inc"))
+    assert run(xml, [{}, {}], "i j") == ["1 1", "2 2"]

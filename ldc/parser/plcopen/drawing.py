@@ -131,7 +131,10 @@ class Drawing:
                                    [pin.get("formalParameter").strip() for pin in drawn])
             element.inputs += map(self._input, drawn, names)
             pins = node.find("outputVariables")
+            taken = {pin.name.upper() for pin in element.inputs}
             for pin in pins.all("variable") if pins is not None else ():
+                if pin.get("formalParameter").strip().upper() in taken - {""}:
+                    continue  # VAR_IN_OUT, which some editors write on both sides
                 point = pin.find("connectionPointOut", "expression")
                 element.outputs.append(OutputPin(pin.get("formalParameter").strip(), pin, pin.flag("negated"),
                                                  _text(point)))

@@ -58,3 +58,9 @@ def written_input(diagnostics: Diagnostics, span: Span, name: str, address: str)
     diagnostics.warning("LD0149", f"`{name}` is the input {address}, and the program writes it", span,
                         "loses its address",
                         help="it keeps what is written; give it an address in %Q or %M, or none")
+
+
+def moved(diagnostics: Diagnostics, span: Span, name: str, address: str, to: str) -> None:
+    diagnostics.warning("LD0155", f"`{name}` at {address} would lie on narrower variables here", span,
+                        f"is at {to} instead",
+                        help="bits and words are apart where the file comes from; connect the signal there")

@@ -1,7 +1,7 @@
-"""Variables at inputs of the controller (%I) that the program itself writes.
+"""Inputs that the program itself writes: variables at %I, and VAR_INPUT of a PROGRAM.
 
-Some editors let that pass, and the value stays until the input is read again. Here such a variable loses its
-address: it is then an ordinary one, which keeps what is written.
+Some editors let that pass, and the value stays until the input is read again. Here the first lose their
+address, the second become VAR: they are ordinary variables, which keep what is written.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ def without_addresses(
     another variable keeps it: the two would no longer be the same."""
     shared = [*loose, *(block for c in configurations for h in (c, *c.resources) for block in h.var_blocks)]
     blocks = [*shared, *(block for pou in pous for block in pou.var_blocks)]
+    inputs = any(block.kind == "VAR_INPUT" for pou in pous if pou.kind == "PROGRAM" for block in pou.var_blocks)
     at = Counter(v.location for block in blocks for v in block.variables if v.location)
-    if not any(place.startswith("%I") for place in at):
+    if not inputs and not any(place.startswith("%I") for place in at):
         return pous, loose, configurations
     anywhere: set[str] = set()
 
@@ -51,7 +52,10 @@ def without_addresses(
         own = {v.name.upper() for block in pou.var_blocks for v in block.variables
                if block.kind != "VAR_EXTERNAL"}
         anywhere |= names - own
-        made.append(replace(pou, var_blocks=changed(pou.var_blocks, names)))
+        blocks = changed(pou.var_blocks, names)
+        if pou.kind == "PROGRAM":
+            blocks = tuple(part for block in blocks for part in _parted(block, names))
+        made.append(replace(pou, var_blocks=blocks))
 
     def within(holder: _Holder) -> _Holder:
         found = replace(holder, var_blocks=changed(holder.var_blocks, anywhere))
@@ -62,9 +66,22 @@ def without_addresses(
     return tuple(made), changed(loose, anywhere), tuple(map(within, configurations))
 
 
+def _parted(block: ast.VarBlock, written: set[str]) -> Iterator[ast.VarBlock]:
+    """A section; of inputs, those that are written as a section of its own."""
+    own = tuple(v for v in block.variables if v.name.upper() in written)
+    if block.kind != "VAR_INPUT" or not own:
+        yield block
+        return
+    others = tuple(v for v in block.variables if v not in own)
+    if others:
+        yield replace(block, variables=others)
+    yield replace(block, kind="VAR", variables=own)
+
+
 def _written(body: object) -> Iterator[str]:
     """The variables that a body writes, in capitals."""
-    for node in nodes(body, (ast.Coil, ast.Pin, ast.Argument, st.Assign, st.ForHead)):
+    writers = (ast.Coil, ast.Pin, ast.Argument, st.Assign, st.ForHead)
+    for node in _elements(body) if isinstance(body, ast.LadderBody) else nodes(body, writers):
         match node:
             case ast.Coil() | st.Assign():
                 target = node.target
@@ -78,3 +95,19 @@ def _written(body: object) -> Iterator[str]:
             target = target.base
         if isinstance(target, ast.Name):
             yield target.name.upper()
+
+
+def _elements(body: ast.LadderBody) -> Iterator[ast.Coil | ast.Pin]:
+    """The coils and pins of rungs: a short way through what is most of a file."""
+    work: list = [path for rung in body.rungs for path in rung.paths]
+    while work:
+        for item in work.pop().items:
+            match item:
+                case ast.Coil():
+                    yield item
+                case ast.Block():
+                    yield from item.pins
+                    work += [path for pin in item.pins if isinstance(pin.value, ast.Branches)
+                             for path in pin.value.paths]
+                case ast.Branches():
+                    work += item.paths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from ldc.diagnostics import Diagnostics
@@ -10,6 +11,7 @@ from ldc.parser.findings import MAX_STATEMENTS
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import (
     additional,
+    addresses,
     configuration,
     findings,
     inputs,
@@ -66,8 +68,20 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
     pous += _additional(pous, types, loose, configurations)
     pous, loose, configurations = inputs.without_addresses(pous, loose, configurations, reading)
+    groups = [loose, *(pou.var_blocks for pou in pous),
+              *(holder.var_blocks for c in configurations for holder in (c, *c.resources))]
+    placed = addresses.mended(groups, reading)
+    pous = tuple(replace(pou, var_blocks=placed(pou.var_blocks)) for pou in pous)
+    loose, configurations = placed(loose), tuple(_placed(found, placed) for found in configurations)
     return ast.File(source, pous, types, loose, configurations, (), False, tuple(remarks),
                     kept.safe_values(root))
+
+
+def _placed(
+    found: ast.Configuration, placed: Callable[[tuple[ast.VarBlock, ...]], tuple[ast.VarBlock, ...]]
+) -> ast.Configuration:
+    resources = tuple(replace(r, var_blocks=placed(r.var_blocks)) for r in found.resources)
+    return replace(found, var_blocks=placed(found.var_blocks), resources=resources)
 
 
 def _additional(

@@ -1,0 +1,96 @@
+"""Addresses of variables as other tools mean them, and what they are here.
+
+In the runtimes of Beremiz and OpenPLC bits, bytes and words lie apart: `%IX0.0` has nothing to do with `%IW0`.
+Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors leave
+addresses open (`%I*`), or name channels of devices (`%IX0.1.2`); such a variable has no address.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from ldc.parser import ast
+from ldc.parser.foreign import Reading
+from ldc.parser.plcopen import findings
+
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.(\d))?\Z")
+_BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
+_LOCATED = re.compile(r"""\saddress\s*=\s*["'][^"'<]*["']""")
+_OPEN = re.compile(r"%[IQM][XBWDL]?(?:\*|\d+(?:\.\d+)+)\Z")
+_APART = re.compile(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
+_HEAD = 2_000
+_BYTES = {"X": 0, "B": 1, "W": 2, "D": 4, "L": 8}
+_FAR = 1_024
+"""Bytes of an area of the image, unless a project says otherwise. Beyond, a flag is as good without an address."""
+
+Blocks = tuple[ast.VarBlock, ...]
+
+
+def mended(blocks: Iterable[Blocks], reading: Reading) -> Callable[[Blocks], Blocks]:
+    """What makes the sections of a file right; ``blocks`` are all of them."""
+    found = [v for group in blocks for block in group for v in block.variables if v.location]
+    moved: dict[str, str] = {}
+    if found and _APART.search(reading.source.text, 0, _HEAD):
+        moved = _moves({v.location for v in found}, reading.source.text)
+
+    def variable(declared: ast.VarDecl) -> ast.VarDecl:
+        place = declared.location
+        if place is None:
+            return declared
+        if _without(place):
+            reading.left_out(declared.span, f"the address {place} of `{declared.name}`",
+                             "it names no place of the image")
+            return replace(declared, location=None)
+        if place not in moved:
+            return declared
+        findings.moved(reading.diagnostics, declared.span, declared.name, place, moved[place])
+        reading.remark("mapped", f"{declared.name} AT {place}", f"AT {moved[place]}", declared.span)
+        return replace(declared, location=moved[place])
+
+    def sections(group: Blocks) -> Blocks:
+        return tuple(replace(block, variables=tuple(map(variable, block.variables)))
+                     if any(v.location for v in block.variables) else block for block in group)
+
+    return sections if found else lambda group: group
+
+
+def _without(place: str) -> bool:
+    match = _ADDRESS.match(place)
+    if match is None or (match[2] or "X") == "X" and match[4] is None:
+        return _OPEN.match(place) is not None
+    return match[1] == "M" and int(match[3]) * max(_BYTES[match[2] or "X"], 1) >= _FAR
+
+
+def _moves(places: set[str | None], text: str) -> dict[str, str]:
+    """Where what overlaps with something narrower goes: behind all the rest of its area, in order. An
+    address that stands in the text itself stays, for both must be the same."""
+    spans: dict[str, tuple[str, str, int, int]] = {}
+    for place in places:
+        match = _ADDRESS.match(place or "")
+        if match is None or _without(place):
+            continue
+        size, number = match[2] or "X", int(match[3])
+        width = _BYTES[size]
+        spans[place] = match[1], size, number * max(width, 1), max(width, 1)
+    moved: dict[str, str] = {}
+    for area in "IQM":
+        own = sorted(((*spans[place][1:], place) for place in spans if spans[place][0] == area),
+                     key=lambda entry: (_BYTES[entry[0]], entry[1], entry[3]))
+        taken: set[int] = set()
+        end = max((start + width for _, start, width, _ in own), default=0)
+        at = 0
+        while at < len(own):
+            same = [entry for entry in own[at:] if entry[0] == own[at][0]]
+            for size, start, width, place in same:
+                if size != "X" and not taken.isdisjoint(range(start, start + width)):
+                    number = -(-end // width)
+                    end = (number + 1) * width
+                    moved[place] = f"%{area}{size}{number}"
+            for _, start, width, place in same:
+                if place not in moved:
+                    taken.update(range(start, start + width))
+            at += len(same)
+    bare = {found.upper() for found in _BARE.findall(_LOCATED.sub("", text))} if moved else set()
+    return {place: to for place, to in moved.items() if place not in bare}
