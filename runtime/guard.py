@@ -48,8 +48,10 @@ class Crash:
         if self.hang:
             return "does not end"
         return {
-            signal.SIGFPE: "divides by zero", signal.SIGSEGV: "reads or writes memory that is not there",
-            signal.SIGBUS: "reads or writes memory that is not there", signal.SIGILL: "ran into no instruction",
+            signal.SIGFPE: "divides by zero",
+            signal.SIGSEGV: "reads or writes memory that is not there",
+            signal.SIGBUS: "reads or writes memory that is not there",
+            signal.SIGILL: "ran into no instruction",
             signal.SIGABRT: "gave up (abort)",
         }.get(self.signal, f"was ended by signal {self.signal}" if self.signal else "left the process")
 
@@ -84,7 +86,7 @@ class Beat:
                     low, high = bases.get(path, (start - int(offset, 16), end))
                     bases[path] = (min(low, start), max(high, end))
         text = "\n".join(f"{low:x} {high:x} {path}" for path, (low, high) in bases.items()).encode()
-        text = text[:_FINISHED - _BASES - 1]
+        text = text[: _FINISHED - _BASES - 1]
         self._memory[_BASES : _BASES + len(text) + 1] = text + b"\0"
         buffer = ffi.from_buffer("int64_t[]", self._memory)
         self._alive[1].ldc_guard(buffer + _NOTE // 8)
@@ -127,7 +129,7 @@ def _watched(child: int, memory: mmap.mmap, hang: float) -> int | Crash:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
             break
-        beats, = struct.unpack_from("<Q", memory, _BEATS)
+        (beats,) = struct.unpack_from("<Q", memory, _BEATS)
         now = time.monotonic()
         if beats != seen or beats == 0:
             seen, since = beats, now
@@ -139,7 +141,7 @@ def _watched(child: int, memory: mmap.mmap, hang: float) -> int | Crash:
 
 
 def _outcome(status: int, memory: mmap.mmap, asked: bool) -> int | Crash:
-    finished, = struct.unpack_from("<q", memory, _FINISHED)
+    (finished,) = struct.unpack_from("<q", memory, _FINISHED)
     if finished and not asked:
         return status
     noted, count = struct.unpack_from("<qq", memory, _NOTE)
@@ -163,7 +165,9 @@ def _line_of(library: Path, offset: int) -> tuple[str, int]:
     tool = shutil.which("addr2line")
     if tool is None:
         return "", 0
-    done = subprocess.run([tool, "-e", str(library), hex(offset)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [tool, "-e", str(library), hex(offset)], capture_output=True, text=True, check=False
+    )
     match = _PLACE.match(done.stdout.strip())
     return (match[1], int(match[2])) if match and match[1] != "??" else ("", 0)
 

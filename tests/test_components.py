@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -12,11 +13,12 @@ from hypothesis import strategies as st
 
 from ldc import pipeline
 from ldc.cli.main import main
-from ldc.components import host
-from ldc.components.address_map import PROCESSORS, areas
+from ldc.components import c_source, header, host
+from ldc.components.address_map import PROCESSORS, AddressMap, areas, placed
 from ldc.components.descriptor import load
 from ldc.diagnostics import Diagnostics
 from ldc.source import SourceFile
+from ldc.types import BOOL, INT, LREAL, REAL, Array
 from runtime.vm.external import MissingNative
 from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
@@ -343,25 +345,6 @@ def test_the_digest_tells_whether_a_source_changed(tmp_path: Path) -> None:
     assert pipeline.compile_paths([str(tmp_path)]).image.digest != first
 
 
-def test_areas_do_not_overlap_and_hold_the_constants_of_the_papers() -> None:
-    placed: dict[tuple[str, str], list[tuple[int, int, str]]] = {}
-    for area in areas().values():
-        for slave in range(1, 5 if area.stride else 2):
-            owner = "shared" if area.stride else area.writer
-            start = area.first(slave)
-            placed.setdefault((owner, area.space), []).append((start, start + area.size, area.name))
-            if area.space == "D":
-                assert start % 4 == 0 and area.size % 4 == 0, area
-    for ranges in placed.values():
-        ranges.sort()
-        for (_, end, name), (start, _, other) in zip(ranges, ranges[1:], strict=False):
-            assert end <= start, f"{name} overlaps {other}"
-    of = areas()
-    assert of["AFR"].base <= 0x14A < of["AFR"].base + of["AFR"].size  # Table I of the paper
-    assert (of["LCF"].base, of["LCD"].base, of["SMD"].base, of["PTD"].base) == (0x400, 0x600, 0x1F4000, 0)
-    assert {a.writer for a in of.values()} <= {"master", "slave"} and PROCESSORS[0] == "master"
-
-
 @settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_no_broken_descriptor_ends_in_a_traceback(data) -> None:
@@ -375,12 +358,15 @@ def test_no_broken_descriptor_ends_in_a_traceback(data) -> None:
     assert (made is None) == diagnostics.has_errors
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ("for (;;) state->calls++;", "does not end"),
-    ("*(volatile int *)(intptr_t)state->calls = 1;", "memory that is not there"),
-    ("__builtin_trap();", "no instruction"),
-    ("state->calls = 100 / (state->calls - 1);", "divides by zero"),
-])
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("for (;;) state->calls++;", "does not end"),
+        ("*(volatile int *)(intptr_t)state->calls = 1;", "memory that is not there"),
+        ("__builtin_trap();", "no instruction"),
+        ("state->calls = 100 / (state->calls - 1);", "divides by zero"),
+    ],
+)
 def test_a_component_that_breaks_is_told_with_its_line(tmp_path: Path, capfd, line: str, words: str) -> None:
     project(tmp_path, BODY.replace("    state->last[1]", f"    {line}\n    state->last[1]"))
     assert main(["run", str(tmp_path), "--scans", "4", "--watch", "p.calls"]) == 1
@@ -400,9 +386,119 @@ def test_a_run_with_components_prints_what_a_run_prints(tmp_path: Path, capfd) -
 
 
 def test_no_trace_is_left_half_written_by_a_crash(tmp_path: Path, capfd) -> None:
-    project(tmp_path, BODY.replace("    state->last[1]", "    if (state->calls == 3) __builtin_trap();\n"
-                                   "    state->last[1]"))
+    project(
+        tmp_path,
+        BODY.replace(
+            "    state->last[1]", "    if (state->calls == 3) __builtin_trap();\n    state->last[1]"
+        ),
+    )
     before = sorted(path.name for path in tmp_path.iterdir())
-    assert main(["run", str(tmp_path), "--scans", "9", "--watch", "p.calls", "--trace",
-                 str(tmp_path / "trace.csv")]) == 1
+    assert (
+        main(
+            [
+                "run",
+                str(tmp_path),
+                "--scans",
+                "9",
+                "--watch",
+                "p.calls",
+                "--trace",
+                str(tmp_path / "trace.csv"),
+            ]
+        )
+        == 1
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_a_component_on_a_slave_does_not_reach_the_memory_of_the_master(tmp_path: Path) -> None:
+    descriptor = DESCRIPTOR.replace('language = "c"', 'language = "c"\nprocessor = "slave2"')
+    found = findings(project(tmp_path, descriptor=descriptor))
+    assert found and {code for code, _, _ in found} == {"LD1017"}
+    assert "slave2 cannot reach `counter`" in {message for _, message, _ in found}
+    alone = "\n".join(line for line in BODY.split("\n") if "PLC_" not in line and "error = 99" not in line)
+    assert findings(project(tmp_path, alone, descriptor)) == []
+
+
+REMAP = """\
+#include "probe.h"
+
+void probe(const probe_in *in, probe_out *out, probe_state *state, uint32_t dt_us)
+{
+    (void)in; (void)state; (void)dt_us;
+    PLC_D(pressure) = PLC_D(speed) * 2.0f;
+    PLC_D(force) += 1.0;
+    out->error = PLC_D(row)[2];
+}
+"""
+
+
+def remapped(tmp_path: Path, text: str, memory: AddressMap) -> tuple[str | None, Diagnostics]:
+    diagnostics = Diagnostics()
+    source = SourceFile((tmp_path / "probe.c").as_posix(), text)
+    (tmp_path / "probe.c").write_text(text)
+    component = load(SourceFile("probe.ldc.toml", DESCRIPTOR), tmp_path, diagnostics)
+    unit = machine_unit(tmp_path)
+    (tmp_path / "probe.h").write_text(header.text(component, unit, memory))
+    made = c_source.rewrite(component, source, tmp_path / "probe.h", memory, shutil.which("gcc"), diagnostics)
+    return (made.text if made else None), diagnostics
+
+
+def machine_unit(tmp_path: Path):
+    other = tmp_path / "other"
+    other.mkdir(exist_ok=True)
+    return pipeline.compile_paths([str(project(other))]).natives[0].unit
+
+
+def test_addresses_are_those_of_the_processor_and_lie_in_its_windows(tmp_path: Path) -> None:
+    wanted = [
+        ("speed", REAL, "SMD"),
+        ("pressure", REAL, "MSD"),
+        ("force", LREAL, "MSD"),
+        ("row", Array(((0, 3),), INT), "SMD"),
+    ]
+    texts = {}
+    for processor, word_bits in (("slave1", 8), ("slave3", 8), ("slave1", 16)):
+        memory = placed(processor, wanted, word_bits)
+        text, diagnostics = remapped(tmp_path, REMAP, memory)
+        assert not diagnostics.has_errors, [d.message for d in diagnostics]
+        addresses = {int(a, 16) for a in re.findall(r"\*\) ?0x([0-9a-f]+)u", text)}
+        texts[processor, word_bits] = sorted(addresses)
+    assert texts["slave1", 8] == [0x1F4000, 0x1F4004, 0x1F5000, 0x1F5004]
+    assert texts["slave3", 8] == [a + 2 * 0x2000 for a in texts["slave1", 8]]
+    assert texts["slave1", 16] == [a // 2 for a in texts["slave1", 8]], "an address counts words of 16 bits"
+
+
+def test_a_slave_writes_its_own_window_only(tmp_path: Path) -> None:
+    memory = placed(
+        "slave1",
+        [
+            ("speed", REAL, "SMD"),
+            ("pressure", REAL, "MSD"),
+            ("force", LREAL, "D"),
+            ("row", Array(((0, 3),), INT), "SMD"),
+        ],
+    )
+    _, diagnostics = remapped(tmp_path, REMAP, memory)
+    assert [(d.code, d.message) for d in diagnostics] == [("LD1017", "slave1 cannot reach `force`")]
+    _, diagnostics = remapped(tmp_path, REMAP.replace("PLC_D(pressure) =", "PLC_D(speed) ="), memory)
+    assert ("LD1017", "slave1 may not write `speed`") in {(d.code, d.message) for d in diagnostics}
+
+
+def test_bits_of_memory_are_packed_and_written_alone(tmp_path: Path) -> None:
+    text = REMAP.split("    PLC_D")[0] + "    PLC_M(b) = PLC_M(a);\n    PLC_M(c) |= 1;\n}\n"
+    for word_bits, first in ((8, 0x500 // 8), (16, 0x500 // 16)):
+        memory = placed("master", [("a", BOOL, "M"), ("b", BOOL, "M"), ("c", BOOL, "M")], word_bits)
+        made, diagnostics = remapped(tmp_path, text, memory)
+        assert not diagnostics.has_errors
+        assert re.search(rf"ldc_put_bit\(\(volatile unsigned char \*\) 0x{first:x}u, 1, ", made)
+        assert ">> 0) & 1" in made
+    _, diagnostics = remapped(tmp_path, text.replace("PLC_M(c) |= 1", "bool *p = &PLC_M(c); *p = 1"), memory)
+    assert [d.code for d in diagnostics] == ["LD1016"]
+
+
+def test_an_area_that_is_full_is_told() -> None:
+    with pytest.raises(ValueError, match="SMD is full"):
+        placed("slave1", [(f"x{n}", LREAL, "SMD") for n in range(600)])
+    with pytest.raises(ValueError, match="no area NONE"):
+        placed("slave1", [("x", REAL, "NONE")])

@@ -54,9 +54,15 @@ def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]
     name = f"component {native.component.name}" if native else "a component"
     bag = Diagnostics()
     span = _span(crash, native) if native else None
-    bag.error("LD0805", f"{name} {crash.what}: the run was ended", span, "here" if crash.line else "called here",
-              help="`ldc run --sanitize` tells more; nothing of the program runs on, outputs take their safe values"
-              if not crash.hang else "bound every loop; a component is called in every scan")
+    bag.error(
+        "LD0805",
+        f"{name} {crash.what}: the run was ended",
+        span,
+        "here" if crash.line else "called here",
+        help="`ldc run --sanitize` tells more; nothing of the program runs on, outputs take their safe values"
+        if not crash.hang
+        else "bound every loop; a component is called in every scan",
+    )
     return next(iter(bag))
 
 

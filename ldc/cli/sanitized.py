@@ -36,17 +36,23 @@ def run(arguments: Sequence[str], result: pipeline.Compiled) -> int:
     gcc = toolchain.find(toolchain.GCC, diagnostics)
     if gcc is None:
         raise Invalid(diagnostics)
-    library = subprocess.run([gcc, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False)
+    library = subprocess.run(
+        [gcc, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
+    )
     path = Path(library.stdout.strip())
     if not path.is_absolute() or not path.exists():
         raise Failure(f"`{gcc}` has no address sanitizer: install libasan")
     environment = {
-        **os.environ, VARIABLE: "1", "LD_PRELOAD": str(path), "PYTHONMALLOC": "malloc",
+        **os.environ,
+        VARIABLE: "1",
+        "LD_PRELOAD": str(path),
+        "PYTHONMALLOC": "malloc",
         "ASAN_OPTIONS": "detect_leaks=0:handle_segv=1:handle_sigfpe=1:handle_abort=1:allocator_may_return_null=1",
         "UBSAN_OPTIONS": "halt_on_error=1:print_stacktrace=1",
     }
-    done = subprocess.run([sys.executable, "-m", "ldc.cli", *arguments], env=environment, stderr=subprocess.PIPE,
-                          check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "ldc.cli", *arguments], env=environment, stderr=subprocess.PIPE, check=False
+    )
     said = done.stderr.decode("utf-8", "replace")
     if not _ASAN.search(said) and not _UBSAN.search(said):
         sys.stderr.write(said)
@@ -56,8 +62,11 @@ def run(arguments: Sequence[str], result: pipeline.Compiled) -> int:
 
 
 def _tell(said: str, result: pipeline.Compiled, diagnostics: Diagnostics) -> None:
-    sources = {Path(source.path).resolve(): (native.component.name, source) for native in result.natives
-               for source in body_sources(native.component, diagnostics) or ()}
+    sources = {
+        Path(source.path).resolve(): (native.component.name, source)
+        for native in result.natives
+        for source in body_sources(native.component, diagnostics) or ()
+    }
     undefined, broken = _UBSAN.search(said), _ASAN.search(said)
     if undefined is not None:
         what, places = undefined[4], [(undefined[1], int(undefined[2]))]
@@ -73,5 +82,10 @@ def _tell(said: str, result: pipeline.Compiled, diagnostics: Diagnostics) -> Non
     else:
         name, source, line = "of this program", None, 0
     span = source.line_span(line) if source is not None else None
-    diagnostics.error("LD0806", f"component {name}: {what}", span, "here",
-                      help="found by the sanitizers of gcc; the inputs of this scan lead there")
+    diagnostics.error(
+        "LD0806",
+        f"component {name}: {what}",
+        span,
+        "here",
+        help="found by the sanitizers of gcc; the inputs of this scan lead there",
+    )

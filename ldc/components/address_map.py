@@ -1,44 +1,18 @@
 """Which symbol lies where in the memory of one processor, and who may write it (SPEC 1.2, 1.3, 9.4).
 
-`memory.toml` is the one source of the areas. A map is made for one processor and one build: its addresses
+The areas themselves are in `ldc/il/memory.toml`. A map is made for one processor and one build: its addresses
 are those that the rewritten source of a component gets.
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
-from ldc.types import BOOL, Type, storage
+from ldc.types import BOOL, Array, Type, storage
 
 MACROS = ("PLC_M", "PLC_D", "LCD")
 """How C names memory: a bit of M, data of D, a parameter in the data area of the modules."""
-
-PROCESSORS = ("master", "slave1", "slave2", "slave3", "slave4")
-
-
-@dataclass(frozen=True, slots=True)
-class Area:
-    """One area of SPEC 1.2. ``space``: "M" (addresses are bits) or "D" (bytes); ``attribute``: "B" (every
-    element is a bit) or "D" (every element has 4 bytes). ``size`` is in the unit of the space. ``base``:
-    the first address, for slave 1 when the area is one of ``per_slave`` windows, ``stride`` apart."""
-
-    name: str
-    space: str
-    attribute: str
-    base: int
-    size: int
-    writer: str
-    readers: tuple[str, ...]
-    text: str
-    stride: int = 0
-
-    def first(self, slave: int = 1) -> int:
-        """The first address, of the window of a slave 1 .. 4."""
-        return self.base + (slave - 1) * self.stride
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +59,48 @@ def of_symbols(
     return AddressMap(processor, {(s.macro, s.name.upper()): s for s in symbols}, word_bits, base)
 
 
+def placed(processor: str, wanted: Iterable[tuple[str, Type, str]], word_bits: int = 8) -> AddressMap:
+    """Symbols (name, type, area) one behind the other in their areas, at absolute logical addresses: the map of
+    a processor whose memory is that of SPEC 1.3. On a word-addressed one an address is that of a word.
+
+    A slave has its own windows of the shared areas. Raises ValueError when an area is full, or unknown.
+    """
+    slave = int(processor[-1]) if processor[-1].isdigit() else 1
+    used: dict[str, int] = {}
+    symbols = []
+    for name, type_, area_name in wanted:
+        area = areas().get(area_name)
+        if area is None:
+            raise ValueError(f"there is no area {area_name}")
+        bits = area.space == "M"
+        count = type_.count if isinstance(type_, Array) else 1
+        element = type_.element if isinstance(type_, Array) else type_
+        # Attribute D: an element has 4 bytes; wider values and arrays take several.
+        size = count if bits else -(-count * max(1, storage(element).bits // 8) // 4) * 4
+        start = used.get(area_name, 0)
+        used[area_name] = start + size
+        if start + size > area.size:
+            raise ValueError(f"area {area_name} is full: `{name}` does not fit")
+        at = area.first(slave) + start
+        unit = word_bits if bits else word_bits // 8
+        owner = "master" if area.writer == "master" else f"slave{slave}"
+        readers = frozenset(f"slave{slave}" if r == "slave" else r for r in area.readers)
+        macro = "LCD" if area_name == "LCD" else f"PLC_{area.space}"
+        symbols.append(
+            Symbol(
+                name,
+                macro,
+                type_,
+                area_name,
+                at // unit,
+                at % unit if bits else None,
+                frozenset((owner,)),
+                readers,
+            )
+        )
+    return of_symbols(processor, symbols, word_bits, base="")
+
+
 def macro_of(type_: Type) -> str:
     """BOOL is reached in M, everything else in D."""
     return "PLC_M" if storage(type_) == BOOL else "PLC_D"
-
-
-@cache
-def areas() -> Mapping[str, Area]:
-    """The areas of memory.toml by name."""
-    text = (resources.files("ldc.components") / "memory.toml").read_text(encoding="utf-8")
-    return {
-        name: Area(name=name, **{**row, "readers": tuple(row["readers"])})
-        for name, row in tomllib.loads(text)["areas"].items()
-    }

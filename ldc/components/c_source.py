@@ -6,7 +6,6 @@ messages of gcc and the steps of gdb are at the author's lines.
 
 from __future__ import annotations
 
-import difflib
 import operator
 import re
 from collections.abc import Iterator
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from pycparser import c_ast, c_generator, c_parser
 
-from ldc.components import findings, toolchain
+from ldc.components import findings, lookup, toolchain
 from ldc.components.address_map import MACROS, AddressMap, Symbol
 from ldc.components.descriptor import Component
 from ldc.diagnostics import Diagnostics
@@ -266,20 +265,12 @@ class _Remap(c_ast.NodeVisitor):
             if tell:
                 findings.wrong_macro(self.diagnostics, self.places.span(node), macro)
             return None
-        symbol = self.memory.find(macro, args[0].name)
-        if symbol is None or self.memory.processor not in symbol.readers:
-            if tell:
-                close = difflib.get_close_matches(args[0].name, self.memory.names(macro), 2)
-                findings.unknown_symbol(
-                    self.diagnostics,
-                    self.places.span(args[0]),
-                    macro,
-                    args[0].name,
-                    close,
-                    self.memory.processor,
-                )
-            return None
-        return symbol
+        if tell:
+            return lookup.symbol(
+                self.memory, macro, args[0].name, self.places.span(args[0]), self.diagnostics
+            )
+        found = self.memory.find(macro, args[0].name)
+        return found if found is not None and self.memory.processor in found.readers else None
 
     def _element(self, node: c_ast.Node, read: bool) -> None:
         """An element of an array symbol that is written."""
@@ -293,15 +284,7 @@ class _Remap(c_ast.NodeVisitor):
         self.writes.add(key)
         if read:
             self.reads.add(key)
-        if self.memory.processor not in symbol.writers:
-            findings.no_write(
-                self.diagnostics,
-                self.places.span(node),
-                symbol.name,
-                symbol.area,
-                self.memory.processor,
-                ", ".join(sorted(symbol.writers)) or "nobody",
-            )
+        lookup.writable(self.memory, symbol, self.places.span(node), self.diagnostics)
 
     def _take_address(self, node: c_ast.UnaryOp, symbol: Symbol) -> None:
         """A pointer may be used to write, unless the memory is read-only: then gcc watches its const."""
@@ -316,14 +299,16 @@ class _Remap(c_ast.NodeVisitor):
 
     def _text(self, symbol: Symbol) -> str:
         const = "" if self.memory.processor in symbol.writers else "const "
-        address = (
-            f"{self.memory.base} + {symbol.address:#x}u" if self.memory.base else f"{symbol.address:#x}u"
-        )
+        address = self._address_text(symbol)
         if symbol.bit is not None:
             return f"((*({const}volatile unsigned char *)({address}) >> {symbol.bit}) & 1)"
         plain = "unsigned char" if storage(symbol.type) == BOOL else _element(symbol)
         access = f"({const}volatile {plain} *)({address})"
         return access if isinstance(symbol.type, Array) else f"(*{access})"
+
+    def _address_text(self, symbol: Symbol) -> str:
+        number = f"{symbol.address:#x}u"
+        return f"{self.memory.base} + {number}" if self.memory.base else number
 
     def _put_bit(self, node: c_ast.Assignment) -> c_ast.Node:
         """``PLC_M(x) = e`` on a packed bit: a call, for C has no references to bits."""
@@ -332,10 +317,8 @@ class _Remap(c_ast.NodeVisitor):
         value = c_generator.CGenerator().visit(node.rvalue)
         if op is not None:
             value = f"{self._text(symbol)} {op} ({value})"
-        return _expression(
-            f"ldc_put_bit({self.memory.base} + {symbol.address:#x}u, {symbol.bit}, ({value}) != 0)",
-            node.coord,
-        )
+        at = f"(volatile unsigned char *)({self._address_text(symbol)})"
+        return _expression(f"ldc_put_bit({at}, {symbol.bit}, ({value}) != 0)", node.coord)
 
 
 def _element(symbol: Symbol) -> str:

@@ -7,11 +7,10 @@ findings here put that into the words of the project.
 
 from __future__ import annotations
 
-import difflib
 import re
 from pathlib import Path
 
-from ldc.components import findings, toolchain
+from ldc.components import findings, lookup, toolchain
 from ldc.components.address_map import MACROS, AddressMap, Symbol
 from ldc.components.c_source import INCLUDE, Rewritten
 from ldc.components.descriptor import Component
@@ -51,7 +50,7 @@ def rewrite(
     text = "\n".join(
         [
             "#define LDC_REMAPPED",
-            _REFERENCES,
+            _references(memory),
             *_symbols(memory),
             header.read_text(encoding="utf-8"),
             *(f"#define {macro}(name) ldc_{macro.lower()}::name" for macro in MACROS),
@@ -97,30 +96,25 @@ def rewrite(
     )
 
 
+def _references(memory: AddressMap) -> str:
+    """The types that know an address: behind the memory's begin, or absolute when it has none."""
+    return _REFERENCES if memory.base else _REFERENCES.replace("ldc_memory + Address", "Address")
+
+
 def _uses(
     code: str, source: SourceFile, memory: AddressMap, diagnostics: Diagnostics
 ) -> set[tuple[str, str]]:
-    found = set()
+    used = set()
     for match in _USE.finditer(code):
         macro, name = match[1], match[2]
-        symbol = memory.find(macro, name)
-        if symbol is None or memory.processor not in symbol.readers:
-            close = difflib.get_close_matches(name, memory.names(macro), 2)
-            findings.unknown_symbol(
-                diagnostics, Span(source, match.start(2), match.end(2)), macro, name, close, memory.processor
-            )
-        elif memory.processor not in symbol.writers and _assigned(code, match.end()):
-            findings.no_write(
-                diagnostics,
-                Span(source, match.start(), match.end()),
-                symbol.name,
-                symbol.area,
-                memory.processor,
-                ", ".join(sorted(symbol.writers)) or "nobody",
-            )
-        else:
-            found.add((macro, name.upper()))
-    return found
+        found = lookup.symbol(memory, macro, name, Span(source, match.start(2), match.end(2)), diagnostics)
+        if found is None:
+            continue
+        if not _assigned(code, match.end()) or lookup.writable(
+            memory, found, Span(source, match.start(), match.end()), diagnostics
+        ):
+            used.add((macro, name.upper()))
+    return used
 
 
 def _assigned(code: str, end: int) -> bool:

@@ -189,13 +189,29 @@ def _misused(diagnostics: Diagnostics, span: Span, message: str, label: str, hel
 def no_write(
     diagnostics: Diagnostics, span: Span, name: str, area: str, processor: str, writers: str
 ) -> None:
-    diagnostics.error(
-        "LD1017",
-        f"{processor} may not write `{name}`",
+    _not_owned(
+        diagnostics,
         span,
+        f"{processor} may not write `{name}`",
         f"area {area} is written by {writers}",
-        help="every word of memory has one writer: give the value back as an output of the component",
+        "every word of memory has one writer: give the value back as an output of the component",
     )
+
+
+def no_access(
+    diagnostics: Diagnostics, span: Span, name: str, area: str, processor: str, readers: str
+) -> None:
+    _not_owned(
+        diagnostics,
+        span,
+        f"{processor} cannot reach `{name}`",
+        f"area {area} belongs to {readers}",
+        "make it an input of the component: then it is sent to the processor",
+    )
+
+
+def _not_owned(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
+    diagnostics.error("LD1017", message, span, label, help=help)
 
 
 def no_entry(diagnostics: Diagnostics, span: Span, entry: str, component: str) -> None:

@@ -79,17 +79,24 @@ def memory_of(globals_: Iterable[Variable], processor: str = "master") -> Addres
     return of_symbols(processor, symbols)
 
 
+def _processor(native: Native) -> str:
+    """Where it will run: what its source may name there is the same on this computer."""
+    return "slave1" if native.component.processor == "slave" else native.component.processor
+
+
 def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics) -> bool:
     """Whether the sources of a component can be rewritten for the master; findings when not."""
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
-        return rewritten(native, memory_of(globals_), Path(folder), diagnostics) is not None
+        return (
+            rewritten(native, memory_of(globals_, _processor(native)), Path(folder), diagnostics) is not None
+        )
 
 
 def build(
     native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics, sanitize: bool = False
 ) -> Binding | None:
     """The library of a component, from the cache or made now; None with findings."""
-    memory = memory_of(globals_)
+    memory = memory_of(globals_, _processor(native))
     component = native.component
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
         made = rewritten(native, memory, Path(folder), diagnostics)
@@ -193,12 +200,24 @@ def _compile(
     glue = folder / f"glue{suffix}"
     glue.write_text(_GLUE.replace("ENTRY", component.entry), encoding="utf-8")
     own = ["-isystem", str(c_source.INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
-    return _linked([compiler, *flags, *own], [*files, str(glue), "-lm"], library, _named(component, diagnostics),
-                   component.span("function", "sources"), diagnostics)
+    return _linked(
+        [compiler, *flags, *own],
+        [*files, str(glue), "-lm"],
+        library,
+        _named(component, diagnostics),
+        component.span("function", "sources"),
+        diagnostics,
+    )
 
 
-def _linked(command: list[str], files: list[str], library: Path, sources: dict[str, SourceFile], where: Span,
-            diagnostics: Diagnostics) -> bool:
+def _linked(
+    command: list[str],
+    files: list[str],
+    library: Path,
+    sources: dict[str, SourceFile],
+    where: Span,
+    diagnostics: Diagnostics,
+) -> bool:
     """Runs a compiler; the library is there whole or not at all."""
     try:
         library.parent.mkdir(parents=True, exist_ok=True)
