@@ -1,8 +1,8 @@
 """Runs work that calls foreign native code in a process of its own, watched: a crash or a hang ends that
 process, and tells where.
 
-A handler in C (``ldc/components/guard``) catches the signals that end a process and notes the addresses of the
-calls; the libraries' debug information makes a line of the innermost one that lies in a component.
+A handler in C (``ldc/components/guard``) catches the signals that end a process and notes the addresses of
+the calls; the libraries' debug information makes a line of the innermost one that lies in a component.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class Beat:
         struct.pack_into("<Q", self._memory, _BEATS, self._count)
 
     def watch(self, libraries: Iterable[Path], handler: Path) -> None:
-        """Loads the libraries, notes where they lie in memory, and installs the handler of its library. Raises
-        OSError when one cannot be loaded."""
+        """Loads the libraries, notes where they lie in memory, and installs the handler of its library.
+        Raises OSError when one cannot be loaded."""
         import cffi  # a run without components does not need it
 
         ffi = cffi.FFI()
@@ -93,8 +93,8 @@ class Beat:
 
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG) -> int | Crash:
-    """The status that ``work`` returns in a process of its own, or how that process ended. What it prints goes
-    where this process prints to. An interrupt from the keyboard reaches both."""
+    """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
+    goes where this process prints to. An interrupt from the keyboard reaches both."""
     memory = mmap.mmap(-1, _SIZE)
     child = os.fork()
     if child == 0:

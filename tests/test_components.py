@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ldc import pipeline
 from ldc.cli.main import main
 from ldc.components import c_source, header, host
-from ldc.components.address_map import PROCESSORS, AddressMap, areas, placed
+from ldc.components.address_map import AddressMap, placed
 from ldc.components.descriptor import load
 from ldc.diagnostics import Diagnostics
 from ldc.source import SourceFile

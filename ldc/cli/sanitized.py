@@ -1,5 +1,5 @@
-"""`ldc run --sanitize`: the run again, in a Python that has the address sanitizer loaded, and what it says as a
-finding at the line in C."""
+"""`ldc run --sanitize`: the run again, in a Python that has the address sanitizer loaded, and what that says
+as a finding at the line in C."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(arguments: Sequence[str], result: pipeline.Compiled) -> int:
         VARIABLE: "1",
         "LD_PRELOAD": str(path),
         "PYTHONMALLOC": "malloc",
-        "ASAN_OPTIONS": "detect_leaks=0:handle_segv=1:handle_sigfpe=1:handle_abort=1:allocator_may_return_null=1",
+        "ASAN_OPTIONS": "detect_leaks=0:handle_sigfpe=1:handle_abort=1",
         "UBSAN_OPTIONS": "halt_on_error=1:print_stacktrace=1",
     }
     done = subprocess.run(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from ldc.il.areas import areas
 from ldc.types import BOOL, Array, Type, storage
 
 MACROS = ("PLC_M", "PLC_D", "LCD")
@@ -60,7 +61,7 @@ def of_symbols(
 
 
 def placed(processor: str, wanted: Iterable[tuple[str, Type, str]], word_bits: int = 8) -> AddressMap:
-    """Symbols (name, type, area) one behind the other in their areas, at absolute logical addresses: the map of
+    """Symbols (name, type, area) one behind the other in their areas, at absolute logical addresses: map of
     a processor whose memory is that of SPEC 1.3. On a word-addressed one an address is that of a word.
 
     A slave has its own windows of the shared areas. Raises ValueError when an area is full, or unknown.

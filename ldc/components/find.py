@@ -65,7 +65,8 @@ def in_folder(folder: Path, deep: bool) -> list[Path]:
 
 def installed(diagnostics: Diagnostics) -> Iterator[tuple[SourceFile, Path]]:
     """The descriptors of every package that registers some, those of ldc itself first."""
-    from importlib import metadata  # slow to load, and most projects bring all that they use
+    # Slow to load, and most projects bring all that they use.
+    from importlib import metadata
 
     points = sorted(metadata.entry_points(group=GROUP), key=lambda point: (point.name != "ldc", point.name))
     for point in points:
