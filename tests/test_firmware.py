@@ -24,9 +24,10 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
 
     def go(*arguments: str) -> tuple[int, str, str]:
-        status = main(["run", *arguments, "--trace", "-"])
-        out, err = capsys.readouterr()
-        return status, out, TRAILER.sub("", err)
+        trace = tmp_path / "trace.csv"
+        trace.unlink(missing_ok=True)
+        status = main(["run", *arguments, "--trace", str(trace)])
+        return status, trace.read_text() if trace.exists() else "", TRAILER.sub("", capsys.readouterr().err)
 
     return go
 
@@ -42,6 +43,18 @@ def test_every_sample_does_the_same_on_every_engine(folder: Path, run) -> None:
     expected = 0, (folder / "expected.csv").read_text(), ""
     for engine in (("--engine", "vm"), ("--engine", "native"), ("--target", "cortex-m3")):
         assert run(str(folder), *engine) == expected, engine
+
+
+def test_a_component_of_a_slave_runs_there_and_does_the_same(run, tmp_path: Path, capsys) -> None:
+    folder = SAMPLES[0].parent / "two_cores"
+    expected = (folder / "expected.csv").read_text()
+    for _ in range(3):
+        assert run(str(folder), "--target", "cortex-m33") == (0, expected, "")
+    assert main(["build", str(folder), "--target", "cortex-m33", "-o", "out"]) == 0
+    master, slave = capsys.readouterr().out.split("\n\n")
+    assert "PROGRAM feeder" in master and "PROGRAM" not in slave and "FUNCTION_BLOCK SLIDE" in slave
+    code = [(tmp_path / "out" / name).read_text().count("sqrtf") for name in ("two_cores.map", "slave1/two_cores.map")]
+    assert code[0] == 0 < code[1]
 
 
 @pytest.mark.parametrize("name", sorted(board.known()))

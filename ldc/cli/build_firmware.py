@@ -7,7 +7,7 @@ import json
 import re
 from pathlib import Path
 
-from ldc.backends.firmware.report import Size, sizes
+from ldc.backends.firmware.report import sizes
 from ldc.backends.firmware.tools import Firmware, address_of
 from ldc.cli import firmware
 from ldc.cli.build import before, places, write_sources
@@ -35,12 +35,16 @@ def run(options: argparse.Namespace) -> int:
     plan = firmware.planned(machine, result, board, room)
     name = file_name(sources)
     made = firmware.built(plan, folder, name)
-    write_sources({**plan.headers, **{file.name: file.text for file in plan.files}}, folder / "c")
+    for image in plan.images:
+        place = folder if image.processor == "master" else folder / image.processor
+        rewritten = {part.file: part.text for part in image.parts}
+        write_sources({**image.headers, **{file.name: file.text for file in image.files}, **rewritten}, place / "c")
     write_file(folder / IMAGE, result.image.data)
     write_file(folder / ABOUT, json.dumps(about(made, machine.period_ns), indent=1).encode() + b"\n")
-    print(table(made, sizes(made)))
-    count = plural(len(made.compiled), "file")
-    say(f"built {made.elf} for {board.name} ({count} compiled, {len(plan.files) - len(made.compiled)} unchanged)")
+    print("\n\n".join(table(made, number) for number in range(len(made.images))))
+    count = plural(made.compiled, "file")
+    what = " and ".join(str(image.elf) for image in made.images)
+    say(f"built {what} for {board.name} ({count} compiled, {made.files - made.compiled} unchanged)")
     return OK
 
 
@@ -53,10 +57,10 @@ def file_name(sources: Sources) -> str:
 def about(made: Firmware, period: int) -> dict[str, object]:
     """The map of the image: what a tool needs to read and write variables in the memory of the processor."""
     block: Block = made.plan.code.block
-    begin = address_of(made.elf, "ldc_block")
+    begin = address_of(made.images[0].elf, "ldc_block")
     part = block.program.resources[block.resource]
     return {
-        "abi": 1, "target": made.plan.board.target, "board": made.plan.board.name, "image": made.elf.name,
+        "abi": 1, "target": made.plan.board.target, "board": made.plan.board.name, "image": made.images[0].elf.name,
         "digest": made.plan.digest, "block": {"address": begin, "size": block.size}, "areas": dict(block.areas),
         "period_ns": period, "programs": [run.name for run in part.runs],
         "tasks": [{"name": t.name, "interval_ns": t.interval, "priority": t.priority} for t in part.tasks],
@@ -64,11 +68,12 @@ def about(made: Firmware, period: int) -> dict[str, object]:
     }
 
 
-def table(made: Firmware, size: Size) -> str:
-    """The sizes as text; rows add up to the totals."""
-    board = made.plan.board
-    lines = [f"{'':<34}{'flash':>10}{'RAM':>10}"]
+def table(made: Firmware, number: int) -> str:
+    """The sizes of an image as text; rows add up to the totals."""
+    image, size = made.images[number].image, sizes(made, number)
+    head = "" if len(made.images) == 1 else image.processor
+    lines = [f"{head:<34}{'flash':>10}{'RAM':>10}"]
     lines += [f"{name[:33]:<34}{row.flash:>10,}{row.ram:>10,}" for name, row in size.rows.items()]
     lines += [f"{'total':<34}{size.flash:>10,}{size.ram:>10,}",
-              f"{'of ' + board.name:<34}{board.flash.size:>10,}{board.ram.size:>10,}"]
+              f"{'of ' + made.plan.board.name:<34}{image.flash.size:>10,}{image.ram.size:>10,}"]
     return "\n".join(lines)

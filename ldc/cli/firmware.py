@@ -7,17 +7,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.backends.c import gcc
-from ldc.backends.firmware import board, components, plan, qemu, tools
+from ldc.backends.firmware import board, components, findings, plan, qemu, remote, tools
 from ldc.backends.firmware.board import Board
 from ldc.backends.firmware.plan import FirmwarePlan, TaskPlan
 from ldc.backends.firmware.tools import Firmware
 from ldc.cli.console import Failure, UsageError, report
+from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il import block
 from ldc.manifest import Manifest
 from runtime.firmware.machine import Machine
 from runtime.stimuli import Stimuli
+
+Numbered = tuple[int, Native]
 
 TIMEOUT = 120.0
 """Seconds that QEMU may take; LDC_QEMU_TIMEOUT says another number."""
@@ -48,18 +50,34 @@ def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | No
     if len(tasks) > plan.TASKS_MOST:
         raise Failure(f"firmware runs at most {plan.TASKS_MOST} tasks, this project has {len(tasks)}")
     diagnostics = Diagnostics()
+    here, there = divided(result.natives, on, diagnostics)
     memory = components.memory_of(made.block, result.model.globals.values())
     try:
-        parts = components.build(result.natives, memory, on.cpu, diagnostics)
+        parts = components.build(here, memory, on.cpu, diagnostics)
+        others = components.build(there, components.memory_of_slave("slave1"), on.cpu, diagnostics)
         further = [(name, (room / name).read_text(encoding="utf-8")) for name in on.sources] if room else []
-    except (OSError, UnicodeDecodeError, gcc.CompilerFailed) as error:
+    except (OSError, UnicodeDecodeError) as error:
         raise Failure(f"cannot make firmware: {error}") from error
     if diagnostics.has_errors:
         raise Invalid(diagnostics)
     report(diagnostics)
-    found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, further)
+    found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, there, others, further)
     made.parts = found.code.map
     return found
+
+
+def divided(natives: Sequence[Native], on: Board, diagnostics: Diagnostics) -> tuple[list[Numbered], list[Numbered]]:
+    """The components of the master and those of slave1, each with its number. A board with one processor runs all."""
+    numbered = list(enumerate(natives))
+    if on.second is None:
+        return numbered, []
+    there = [pair for pair in numbered if pair[1].component.processor != "master"]
+    for _, native in there:
+        if native.component.processor not in ("slave", "slave1"):
+            findings.no_processor(diagnostics, native, on.name)
+        elif (size := remote.slot([(0, native)])) > remote.room():
+            findings.call_too_large(diagnostics, native, size, remote.room())
+    return [pair for pair in numbered if pair not in there], there
 
 
 def built(found: FirmwarePlan, folder: Path, name: str) -> Firmware:
@@ -83,7 +101,7 @@ def run(made: Machine, firmware: Firmware, names: Sequence[str], scans: int, sti
     diagnostics = Diagnostics()
     job = made.job(scans, made.find(names), stimuli)
     try:
-        trace = qemu.run(on, firmware.elf, job, timeout(), diagnostics)
+        trace = qemu.run(on, [image.elf for image in firmware.images], job, timeout(), diagnostics)
     except OSError as error:
         raise Failure(f"cannot run QEMU: {error}") from error
     if trace is None:

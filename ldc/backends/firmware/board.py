@@ -38,20 +38,21 @@ class Uart(Struct, frozen=True):
 
 
 class Qemu(Struct, frozen=True):
-    """``machine``: what ``qemu-system-arm -M`` calls the board."""
+    """``machine``: what ``qemu-system-arm -M`` calls the board; ``options``: what else it needs."""
 
     machine: Annotated[str, Meta(pattern=r"^[A-Za-z0-9._-]+\Z")] = "none"
+    options: tuple[str, ...] = ()
 
 
 class Second(Struct, frozen=True):
-    """A second processor: its memory, what both share, and the registers that let it run (``table``: where its
-    vectors are; ``wait``: 0 releases it)."""
+    """A second processor, slave1: its memory, what both share, and the registers that let it run (``table``: where
+    its vectors are; ``wait``: 0 releases it)."""
 
-    flash: Region
-    ram: Region
-    shared: Region
-    table: Address
-    wait: Address
+    flash: Region = Region()
+    ram: Region = Region()
+    shared: Region = Region()
+    table: Address = 0
+    wait: Address = 0
 
 
 class Board(Struct, frozen=True):

@@ -29,17 +29,26 @@ _CXX = ("-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics")
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """The object of one component: it shows ``symbol`` alone, its entry."""
+    """The object of one component, which shows nothing but its entry; ``text``: its rewritten sources."""
 
     native: Native
     path: Path
-    symbol: str
     text: str
+
+    @property
+    def file(self) -> str:
+        """What its rewritten sources are called together."""
+        return f"body_{self.native.component.entry}{'.cpp' if self.native.component.language == 'c++' else '.c'}"
 
 
 def binding(native: Native) -> Binding:
     """How generated code calls a component of the same image: without a window, for it sees the memory itself."""
     return Binding(native.unit.name, Path(), native.component.entry)
+
+
+def memory_of_slave(processor: str) -> AddressMap:
+    """What a component sees on a slave: nothing of the master's globals."""
+    return of_symbols(processor, (), base="ldc_block")
 
 
 def memory_of(block: Block, globals_: Iterable[Variable], processor: str = "master") -> AddressMap:
@@ -61,17 +70,23 @@ def memory_of(block: Block, globals_: Iterable[Variable], processor: str = "mast
     return of_symbols(processor, symbols, base="ldc_block")
 
 
-def build(natives: Sequence[Native], memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics) -> list[Part]:
-    """The objects of some components, from the cache or made now; those that cannot be made are left out, with
-    findings. Raises OSError when the cache cannot be written."""
-    made = (_part(number, native, memory, cpu, diagnostics) for number, native in enumerate(natives))
+def symbol(number: int) -> str:
+    """The entry of a component in an image; ``number`` is its place among the components of the program."""
+    return f"ldc_entry_{number}"
+
+
+def build(natives: Iterable[tuple[int, Native]], memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics
+          ) -> list[Part]:
+    """The objects of some components, each with its number, from the cache or made now; those that cannot be made
+    are left out, with findings. Raises OSError when the cache cannot be written."""
+    made = (_part(number, native, memory, cpu, diagnostics) for number, native in natives)
     return [part for part in made if part is not None]
 
 
 def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics) -> Part | None:
     component = native.component
     cxx = component.language == "c++"
-    symbol = f"ldc_entry_{number}"
+    entry = symbol(number)
     with tempfile.TemporaryDirectory(prefix="ldc-") as name:
         folder = Path(name)
         found = host.rewritten(native, memory, folder, diagnostics, _TOOLS)
@@ -82,14 +97,14 @@ def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str], d
         flags = [*cpu, *_FLAGS, *(_CXX if cxx else ()), *component.cflags,
                  f"-std={component.standard or ('c++17' if cxx else 'c11')}"]
         header = (folder / file_name(component)).read_text(encoding="utf-8")
-        key = hashlib.sha256("\0".join((*texts, header, *flags, compiler, symbol)).encode()).hexdigest()
+        key = hashlib.sha256("\0".join((*texts, header, *flags, compiler, entry)).encode()).hexdigest()
         target = gcc.cache_folder() / f"component-{key}.o"
-        if not target.exists() and not _compiled(native, texts, compiler, flags, symbol, target, folder, diagnostics):
+        if not target.exists() and not _compiled(native, texts, compiler, flags, entry, target, folder, diagnostics):
             return None
-    return Part(native, target, symbol, "\n".join(texts))
+    return Part(native, target, "\n".join(texts))
 
 
-def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequence[str], symbol: str, target: Path,
+def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequence[str], entry: str, target: Path,
               folder: Path, diagnostics: Diagnostics) -> bool:
     """Several sources become one object, in which only the entry has a name that others see."""
     component = native.component
@@ -106,18 +121,18 @@ def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequen
     if status:
         return False
     objcopy = gcc.beside(compiler, "objcopy")
-    gcc.run([objcopy, "--redefine-sym", f"{component.entry}={symbol}", f"--keep-global-symbol={symbol}", str(whole),
+    gcc.run([objcopy, "--redefine-sym", f"{component.entry}={entry}", f"--keep-global-symbol={entry}", str(whole),
              str(alone)])
     target.parent.mkdir(parents=True, exist_ok=True)
     gcc.placed(alone.read_bytes(), target)
     return True
 
 
-def bind(parts: Sequence[Part]) -> str:
-    """The C file that tells generated code where its components are."""
+def bind(count: int) -> str:
+    """The C file that tells generated code where its components are: numbers 0 to ``count`` - 1."""
     lines = ['#include "firmware.h"', "", "unsigned char *ldc_memory = ldc_block;",
              "int32_t ldc_bind(uint32_t component, void (*entry)(const void *, void *, void *, uint32_t), uint8_t **memory);"]
-    lines += [f"void {p.symbol}(const void *in, void *out, void *state, uint32_t microseconds);" for p in parts]
+    lines += [f"void {symbol(n)}(const void *in, void *out, void *state, uint32_t microseconds);" for n in range(count)]
     lines += ["", "void ldc_components(void) {"]
-    lines += [f"    ldc_bind({n}, {p.symbol}, 0);" for n, p in enumerate(parts)]
+    lines += [f"    ldc_bind({n}, {symbol(n)}, 0);" for n in range(count)]
     return "\n".join([*lines, "}", ""])

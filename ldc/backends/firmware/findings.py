@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 
+from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics
 from ldc.source import SourceFile, Span
 
@@ -32,10 +33,25 @@ def arm_compiler_failed(diagnostics: Diagnostics, error: Exception) -> None:
                       help="LDC_ARM_CC names the compiler; it must be a gcc for arm-none-eabi with newlib")
 
 
-def does_not_fit(diagnostics: Diagnostics, board: str, region: str, size: int, over: int) -> None:
-    what = "flash" if region == "FLASH" else region
-    diagnostics.error("LD0642", f"the program does not fit into the {what} of board `{board}`: it has {size:,} bytes, "
-                      f"{over:,} are missing", None, help="take a board with more memory (--board), or less program")
+def does_not_fit(diagnostics: Diagnostics, board: str, what: str, size: int, over: int) -> None:
+    _fit(diagnostics, f"the program does not fit into the {what} of board `{board}`: it has {size:,} bytes, "
+         f"{over:,} are missing", "take a board with more memory (--board), or less program")
+
+
+def call_too_large(diagnostics: Diagnostics, native: Native, size: int, room: int) -> None:
+    _fit(diagnostics, f"a call of {native.unit.name} on a slave takes {size:,} bytes of shared memory, which has "
+         f"{room:,} for it", "give the component smaller inputs, outputs and state, or let the master run it")
+
+
+def _fit(diagnostics: Diagnostics, message: str, help_: str) -> None:
+    diagnostics.error("LD0642", message, None, help=help_)
+
+
+def no_processor(diagnostics: Diagnostics, native: Native, board: str) -> None:
+    component = native.component
+    diagnostics.error("LD0646", f"component {component.name} runs on {component.processor}, which board `{board}` has not",
+                      component.span("function", "processor"), "its processor",
+                      help="this board has a master and slave1")
 
 
 def no_end(diagnostics: Diagnostics, board: str, seconds: float) -> None:

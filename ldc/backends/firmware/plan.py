@@ -1,9 +1,9 @@
-"""Everything that firmware is made of, before any tool runs: files with digests, linker script, flags."""
+"""Everything that firmware is made of, before any tool runs: files with digests, linker scripts, flags."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -12,8 +12,8 @@ import jinja2
 
 from ldc.backends.c import emit
 from ldc.backends.c.emit import BuildPlan, File
-from ldc.backends.firmware import components
-from ldc.backends.firmware.board import Board
+from ldc.backends.firmware import components, remote
+from ldc.backends.firmware.board import Board, Region
 from ldc.backends.firmware.components import Part
 from ldc.components.project import Native
 from ldc.il import changes
@@ -26,6 +26,8 @@ TASKS_MOST = 64
 _SYSTICK = 1 << 24
 _ROOM = files("ldc.backends.firmware")
 _RUNTIME = ("scan.c", "live.c", "system.c")
+_LINK = ("link.c", "p_handshake.c")
+_HEADERS = ("firmware.h", "link.h", "p_handshake.h")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,49 +44,86 @@ class TaskPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class FirmwarePlan:
-    """``files`` are compiled with ``flags``, ``headers`` are what they include by name, ``script`` is the
-    linker script; ``parts``: objects of components. ``code``: the plan of the program that is in it. ``digest`` covers all."""
+class Image:
+    """What one processor runs. ``files`` are compiled with ``flags``, ``headers`` are what they include by name,
+    ``parts``: objects of components, ``script``: the linker script."""
 
-    board: Board
-    code: BuildPlan
+    processor: str
     files: tuple[File, ...]
     parts: tuple[Part, ...]
     headers: dict[str, str]
     flags: tuple[str, ...]
     script: str
+    flash: Region
+    ram: Region
+
+
+@dataclass(frozen=True, slots=True)
+class FirmwarePlan:
+    """``images``: that of the master, then that of a slave if one has something to do. ``code``: the plan of the
+    program that is in the first. ``digest`` covers all."""
+
+    board: Board
+    code: BuildPlan
+    images: tuple[Image, ...]
     digest: str
 
 
-def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan],
-         natives: Sequence[Native] = (), parts: Sequence[Part] = (),
+def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], natives: Sequence[Native] = (),
+         parts: Sequence[Part] = (), remotes: Sequence[tuple[int, Native]] = (), remote_parts: Sequence[Part] = (),
          further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
     """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``natives``: its components
-    in C and C++, ``parts`` their objects; ``further``: name and text of more C files."""
+    in C and C++, ``parts`` the objects of those on the master; ``remotes``: those of the slave, each with its number,
+    ``remote_parts`` their objects; ``further``: name and text of more C files of the board."""
     flags = (*FLAGS, *board.cpu)
     code = emit.plan(memory, flags, map(components.binding, natives))
-    headers = {emit.HEADER: code.header, "firmware.h": _read("firmware.h"),
-               "board.h": _render("board.h.j2", board=board)}
+    own = list(_plant(memory, board, period, tasks))
+    if natives:
+        own.append(("bind.c", components.bind(len(natives))))
+    shared = remote.windows(board, remote.slot(remotes)) if remotes else {}
+    if remotes:
+        own += [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, False))]
+    own += _board(board, shared, slave=False, components=bool(natives))
+    master = _image("master", board, board.flash, board.ram, (code.header, code.files), own + list(further), parts,
+                    flags, shared)
+    images = (master,)
+    if remotes:
+        own = [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
+               *_board(board, shared, slave=True, components=False)]
+        images += (_image("slave1", board, board.second.flash, board.second.ram, (code.header, ()), own,
+                          remote_parts, (*flags, "-DLDC_SLAVE"), shared),)
+    digest = _digest(*(image.script for image in images),
+                     *(f"{file.name} {file.digest}" for image in images for file in image.files))
+    return FirmwarePlan(board, code, images, digest)
+
+
+def _plant(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan]) -> Iterable[tuple[str, str]]:
+    """The files that know the program and how it is run."""
     reload, ticks = systick(board.clock_hz, period)
-    title = memory.program.name or "program"
     rows = [{"name": t.name, "interval": t.interval, "watchdog": t.watchdog, "runs": t.runs,
              "safe": tuple(changes.words(t.safe)), "single": _single(t.single)} for t in tasks]
-    own = [(name, _read(name)) for name in (*_RUNTIME, f"uart_{board.uart.kind}.c")]
-    if board.qemu is not None:
-        own.append(("job.c", _read("job.c")))
-    if parts:
-        own.append(("bind.c", components.bind(parts)))
-    own += [
-        ("startup.c", _render("startup.c.j2", board=board, components=bool(parts))),
-        ("plant.c", _render("plant.c.j2", title=title, size=memory.size, period=period, reload=reload,
-                            ticks=ticks, tasks=rows, initial=tuple(changes.from_zero(bytes(memory.initial()))))),
-        *further,
-    ]
+    yield "plant.c", _render("plant.c.j2", title=memory.program.name or "program", size=memory.size, period=period,
+                             reload=reload, ticks=ticks, tasks=rows,
+                             initial=tuple(changes.from_zero(bytes(memory.initial()))))
+    for name in (*_RUNTIME, *(("job.c",) if board.qemu is not None else ())):
+        yield name, _read(name)
+
+
+def _board(board: Board, shared: Mapping[str, int], slave: bool, components: bool) -> list[tuple[str, str]]:
+    name = f"uart_{board.uart.kind}.c"
+    startup = _render("startup.c.j2", board=board, slave=slave, second=bool(shared), components=components)
+    return [("startup.c", startup), (name, _read(name))]
+
+
+def _image(processor: str, board: Board, flash: Region, ram: Region, code: tuple[str, tuple[File, ...]],
+           own: Iterable[tuple[str, str]], parts: Sequence[Part], flags: tuple[str, ...],
+           shared: Mapping[str, int]) -> Image:
+    headers = {emit.HEADER: code[0], "board.h": _render("board.h.j2", board=board, ram=ram, shared=shared)}
+    headers |= {name: _read(name) for name in _HEADERS}
     common = "\0".join((*headers.values(), *flags))
-    made = (*code.files, *(File(name, text, _digest(name, text, common)) for name, text in own))
-    script = _render("linker.ld.j2", board=board)
-    digest = _digest(script, *(f"{file.name} {file.digest}" for file in made))
-    return FirmwarePlan(board, code, made, tuple(parts), headers, flags, script, digest)
+    made = [File(name, text, _digest(name, text, common)) for name, text in own]
+    return Image(processor, (*code[1], *made), tuple(parts), headers, flags,
+                 _render("linker.ld.j2", board=board, flash=flash, ram=ram), flash, ram)
 
 
 def systick(clock_hz: int, period: int) -> tuple[int, int]:

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from ldc.backends.firmware import findings
@@ -19,18 +20,18 @@ _TRAP = re.compile(r"ldc: trap cfsr=([0-9a-f]{8}) pc=([0-9a-f]{8}) lr=([0-9a-f]{
 _NO_ROOM = 5
 
 
-def run(board: Board, elf: Path, job: bytes, timeout: float, diagnostics: Diagnostics,
-        options: tuple[str, ...] = ()) -> bytes | None:
-    """The trace of a job; None, with findings, when QEMU is not there, ends badly, or does not end within
+def run(board: Board, elves: Sequence[Path], job: bytes, timeout: float, diagnostics: Diagnostics) -> bytes | None:
+    """The trace of a job; ``elves``: the image of the master, then that of a slave. None, with findings, when QEMU is not there, ends badly, or does not end within
     ``timeout`` seconds. Raises OSError when there is no room for files."""
     path = toolchain.find(toolchain.QEMU_ARM, diagnostics)
     if path is None:
         return None
-    elf = elf.resolve()
+    elves = [elf.resolve() for elf in elves]
+    loaded = [word for elf in elves[1:] for word in ("-device", f"loader,file={elf}")]
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
         (Path(folder) / JOB).write_bytes(job)
         command = [os.path.abspath(path), "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial", "stdio",
-                   "-semihosting-config", "enable=on,target=native", *options, "-kernel", str(elf)]
+                   "-semihosting-config", "enable=on,target=native", *board.qemu.options, *loaded, "-kernel", str(elves[0])]
         try:
             done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
                                   timeout=timeout, check=False)
@@ -42,7 +43,8 @@ def run(board: Board, elf: Path, job: bytes, timeout: float, diagnostics: Diagno
             return (Path(folder) / TRACE).read_bytes()
         if trap := _TRAP.search(said):
             status, pc, lr = (int(digits, 16) for digits in trap.groups())
-            where = tools.line_of(elf, pc) or tools.line_of(elf, lr & ~1)
+            places = (tools.line_of(elf, at) for at in (pc, lr & ~1) for elf in elves)
+            where = next((place for place in places if place), None)
             findings.trap(diagnostics, board.name, status, pc, where)
         elif done.returncode == _NO_ROOM:
             findings.too_much_watched(diagnostics, board.name)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ldc.backends.c.places import c_name
-from ldc.backends.firmware.tools import Firmware
+from ldc.backends.firmware.tools import Built, Firmware
 from ldc.il.block import SYSTEM, Block
 from ldc.il.layout import state
 from ldc.il.program import Unit
@@ -45,27 +45,32 @@ class Size:
         self.ram += ram
 
 
-def sizes(firmware: Firmware) -> Size:
-    """Of everything in an image. Reads its map; raises OSError."""
-    block = firmware.plan.code.block
+def sizes(firmware: Firmware, number: int = 0) -> Size:
+    """Of everything in an image: 0 is that of the master. Reads its map; raises OSError."""
+    built, block = firmware.images[number], firmware.plan.code.block
+    if number:
+        return _divided(built, {}, frozenset(), None)
     units = [unit for unit in block.program.units if not unit.standard]
     runs = block.program.resources[block.resource].runs
-    found = Size({_title(unit): Row() for unit in units})
-    prefixes = {f"pou_{c_name(u.name).upper()}": _title(u) for u in units}
-    prefixes |= {f"component_{c_name(u.name).upper()}": _title(u) for u in units}
+    prefixes = {f"{kind}_{c_name(u.name).upper()}": _title(u) for u in units for kind in ("pou", "component")}
     prefixes |= {f"run_{c_name(r.name).upper()}": _title(block.units[r.pou.upper()]) for r in runs}
-    own = {file.name for file in firmware.plan.code.files}
+    return _divided(built, prefixes, frozenset(file.name for file in firmware.plan.code.files), block)
+
+
+def _divided(built: Built, prefixes: dict[str, str], own: frozenset[str], block: Block | None) -> Size:
+    """``prefixes``: what names of the POUs begin with in the files of the program, ``own``."""
+    found = Size({title: Row() for title in prefixes.values()})
     lengths = sorted(prefixes, key=len, reverse=True)
-    for output, section, size, path in _sections(firmware.map.read_text(encoding="utf-8", errors="replace")):
-        file = firmware.objects.get(path.rpartition("/")[2])
+    for output, section, size, path in _sections(built.map.read_text(encoding="utf-8", errors="replace")):
+        file = built.objects.get(path.rpartition("/")[2])
         flash, ram = size * (output in _FLASH), size * (output in _RAM)
-        symbol = re.sub(r"^\.(text|rodata|data|bss)\.", "", section)
-        pou = next((p for p in lengths if _belongs(file, p) or _belongs(symbol, p)), None) if file in own else None
+        name = re.sub(r"^\.(text|rodata|data|bss)\.", "", section)
+        pou = next((p for p in lengths if _belongs(file, p) or _belongs(name, p)), None) if file in own else None
         if file is not None and file.startswith("component "):
             found.add(f"FUNCTION_BLOCK {file.removeprefix('component ')}", flash, ram)
         elif pou is not None:
             found.add(prefixes[pou], flash, ram)
-        elif symbol == "ldc_block":
+        elif name == "ldc_block" and block is not None:
             _block(found, block, ram)
         elif output == ".stack":
             found.add(STACK, ram=ram)
