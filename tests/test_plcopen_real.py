@@ -19,6 +19,8 @@ from plcopen_xml import (
 )
 from test_plcopen import built, compiled, run, said
 
+from ldc.cli.main import main
+
 VALUES = "a b c q w : BOOL; i j k : INT; x y : REAL; t : TON; n : CTU; u : WORD"
 
 
@@ -310,3 +312,85 @@ def test_a_pin_on_both_sides_of_a_block_is_in_out() -> None:
     drawn = f"<FBD>{value(2, 'i')}{block(3, 'inc', {'v': 2}, ('v',), 'f')}{result(4, 'j', '3.v')}</FBD>"
     xml = project(inc, pou(drawn, "i j : INT; f : inc"))
     assert run(xml, [{}, {}], "i j") == ["1 1", "2 2"]
+
+
+# ---- numbers that other editors convert by themselves
+
+MIXED = f"{VALUES}; v : WORD; m : BYTE; d : DINT; e : UINT"
+
+
+def drawn(type_: str, **operands: str) -> str:
+    """`k`, `q` and so on from a function block diagram with one operator."""
+    target = operands.pop("to")
+    pins = {f"IN{at}": at for at in range(1, len(operands) + 1)} if len(operands) > 1 else {"IN": 1}
+    values = [value(at, text) for at, text in enumerate(operands.values(), 1)]
+    return fbd(MIXED, *values, block(8, type_, pins, ("OUT",)), result(9, target, "8.OUT"))
+
+
+WARNED = "LD0156 a value of type {} becomes {} without a conversion"
+
+
+@pytest.mark.parametrize("type_, operands, sets, gives, told", [
+    ("MOVE", {"a": "i", "to": "u"}, {"i": -1}, "65535", ["INT WORD"]),
+    ("MOVE", {"a": "u", "to": "i"}, {"u": 65535}, "-1", ["WORD INT"]),
+    ("MOVE", {"a": "m", "to": "i"}, {"m": 200}, "200", ["BYTE INT"]),
+    ("ADD", {"a": "u", "b": "1", "to": "u"}, {"u": 65535}, "0", ["WORD UINT"]),
+    ("ADD", {"a": "u", "b": "i", "to": "i"}, {"u": 65535, "i": 3}, "2", ["WORD DINT"]),
+    ("GT", {"a": "u", "b": "i", "to": "q"}, {"u": 65535, "i": 3}, "1", ["WORD DINT"]),
+    ("LT", {"a": "i", "b": "e", "to": "q"}, {"e": 65535, "i": -3}, "1", []),
+    ("DIV", {"a": "u", "b": "2", "to": "u"}, {"u": 65535}, "32767", ["WORD UINT"])])
+def test_an_operator_with_numbers_of_other_types(type_, operands, sets, gives, told) -> None:
+    xml = drawn(type_, **operands)
+    assert findings(xml) == [WARNED.format(*pair.split()) for pair in told]
+    assert run(xml, [sets], operands["to"]) == [gives]
+
+
+@pytest.mark.parametrize("text, sets, gives, told", [
+    ("i := u;", {"u": 65535}, "i -1", ["WORD INT"]),
+    ("u := i * 2 + u;", {"i": -1, "u": 5}, "u 3", ["WORD DINT"]),
+    ("u := (u + 1) * u;", {"u": 3}, "u 12", ["WORD UINT", "WORD UINT"]),
+    ("q := u >= 3 AND u = i;", {"u": 3, "i": 3}, "q 1", ["WORD DINT"]),
+    ("d := u;", {"u": 65535}, "d 65535", ["WORD DINT"])])
+def test_statements_with_numbers_of_other_types(text, sets, gives, told) -> None:
+    xml = statements(text, MIXED)
+    assert sorted(findings(xml)) == sorted(WARNED.format(*pair.split()) for pair in told)
+    name, number = gives.split()
+    assert run(xml, [sets], name) == [number]
+
+
+@pytest.mark.parametrize("text", ["i := d;", "m := u;", "i := x;", "i := u + d;"])
+def test_a_number_that_may_not_fit_is_an_error(text: str) -> None:
+    assert "LD0403" in {found[:6] for found in findings(statements(text, MIXED))}
+
+
+def test_pins_with_numbers_of_other_types() -> None:
+    xml = ladder(MIXED, rail(), contact(2, "a"), value(3, "u"),
+                 block(4, "CTU", {"CU": 2, "PV": 3}, ("Q", "CV"), "n"), coil(5, "q", "4.Q"), result(6, "v", "4.CV"))
+    assert [found for found in findings(xml) if found.startswith("LD01")] == [
+        WARNED.format("WORD", "INT"), WARNED.format("INT", "WORD")]
+    assert run(xml, [{"u": 2, "a": 1}, {"a": 0}, {"a": 1}], "q v") == ["0 1", "0 1", "1 2"]
+
+
+def test_an_import_writes_the_conversions(tmp_path) -> None:
+    (tmp_path / "plc.xml").write_text(statements("i := u; n(CU := a, RESET := b, PV := u);", MIXED))
+    assert main(["import", str(tmp_path / "plc.xml"), "-o", str(tmp_path / "out")]) == 0
+    text = (tmp_path / "out" / "src" / "main.st").read_text()
+    assert "i := WORD_TO_INT(u);" in text
+    assert "n(CU := a, R := b, PV := WORD_TO_INT(u));" in text
+
+
+# ---- calls
+
+
+def test_pins_of_standard_blocks_in_calls_have_their_long_names() -> None:
+    xml = statements("n(CU := a, RESET := b, PV := 1); f(SET1 := n.Q, RESET := c); q := f.Q1;", f"{VALUES}; f : SR")
+    assert not said(built(xml))
+    assert run(xml, [{"a": 1}, {"b": 1}, {"c": 1}], "q n.CV") == ["1 1", "1 0", "0 0"]
+
+
+def test_outputs_follow_the_inputs_in_a_call_without_names() -> None:
+    own = pou("<ST>s := p + 1;</ST>", "", name="plus", kind="functionBlock",
+              sections=f"<inputVars>{variables('p : INT')}</inputVars><outputVars>{variables('s : INT')}</outputVars>")
+    xml = project(own, pou("<ST>t(a, T#0s, q); g(i, j);</ST>", f"{VALUES}; g : plus"))
+    assert run(xml, [{"a": 1, "i": 4}], "q j") == ["1 5"]
+    assert [found[:6] for found in findings(statements("t(a, T#1s, q, y, w);"))] == ["LD0509"] * 3

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ldc.library import blocks, functions
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import findings, kinds, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
 from ldc.parser.plcopen.pins import OpenPins
 from ldc.parser.plcopen.structured import statements
 from ldc.source import Span
-from ldc.types import BOOL
+from ldc.types import BOOL, Elementary
 
 if TYPE_CHECKING:
     from ldc.parser.plcopen.rung import RungWriter
@@ -39,6 +40,9 @@ class Pins:
         self.power_in: str | None = NO_WIRE
         self.power_out: str | None = NO_WIRE
         self.head = self.tail = None
+        self.result: Elementary | None = None
+        self.bits = 0
+        self.mixed = False
 
     def write(self) -> None:
         writer, span = self.writer, self.node.span
@@ -57,6 +61,7 @@ class Pins:
             self._input(pin)
         if self.is_function:
             self._open_inputs()
+            self._mixed()
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
                           self._usual(self.power_out, "out"), span)
@@ -110,7 +115,7 @@ class Pins:
         elif value is not None and pin.negated:
             value = texts.negated(value)
         if value is not None:
-            self.pins.append(ast.Pin(name, value, False, span))
+            self.pins.append(ast.Pin(name, self._fitting(pin.name, value), False, span))
         elif pin.name.upper() != "EN":
             self.open.append((pin.name, span))
 
@@ -123,6 +128,69 @@ class Pins:
             self.pins = made.standard(self.type, self.pins, self.open)
         else:
             self.pins = made.own(own["VAR_INPUT"], self.pins, self.node.span)
+
+    def _fitting(self, name: str, value: ast.Expr | ast.Branches) -> ast.Expr | ast.Branches:
+        """A value for a pin whose type is known, converted as other editors do by themselves."""
+        numbers = self.writer.drawing.more.numbers
+        if not numbers or isinstance(value, ast.Branches):
+            return value
+        source, target = kinds.kind(value, numbers), self._number(name)
+        if not kinds.needed(source, target):
+            return value
+        findings.converted(self.writer.diagnostics, value.span, source.type.name, target.name)
+        return kinds.converted(value, source.type, target)
+
+    def _number(self, name: str) -> Elementary | None:
+        """The type of a pin of a function block, or of an input of an own function, when it is a number."""
+        more, key = self.writer.drawing.more, name.upper()
+        own = (more.functions if self.is_function else more.interfaces).get(self.type.upper())
+        if own is not None:
+            return kinds.declared(v for group in own.values() for v in group).get(key)
+        if self.signature is None:
+            return None
+        pins = (*self.signature.inputs, *self.signature.outputs)
+        type_ = next((p.type for p in pins if p.name == key), None)
+        return type_ if isinstance(type_, Elementary) and type_.name in kinds.NUMBERS else None
+
+    def _mixed(self) -> None:
+        """The operands of an operator, when bit strings are among numbers. Keeps what it gives (``result``), from
+        operands of how many ``bits``, and whether some were converted (``mixed``)."""
+        numbers, type_ = self.writer.drawing.more.numbers, self.type.upper()
+        values = [pin for pin in self.pins if (pin.name or "").upper() != "EN"]
+        self.result = kinds.result(type_)
+        if not numbers or not values or type_ not in kinds.OPERATORS or any(
+                isinstance(pin.value, ast.Branches | ast.Junction) for pin in values):
+            return
+        found = {id(pin): kinds.kind(pin.value, numbers) for pin in values}
+        if any(found[id(pin)] is None and not kinds.untyped(pin.value) for pin in values):
+            return
+        known = [one for one in found.values() if one is not None]
+        target = None if type_ == "MOVE" else kinds.common(known, type_ in _COMPARISONS)
+        if known and type_ not in _COMPARISONS:
+            self.result = target or max((one.type for one in known), key=lambda one: one.bits)
+            self.bits = max(one.bits for one in known)
+        if target is None:
+            return
+        self.mixed = True
+        for pin in values:
+            one = found[id(pin)]
+            if one is not None and one.type != target and not functions.widens(one.type, target):
+                findings.converted(self.writer.diagnostics, pin.value.span, one.type.name, target.name)
+        self.pins = [replace(pin, value=kinds.converted(pin.value, one.type, target))
+                     if (one := found.get(id(pin))) is not None else pin for pin in self.pins]
+
+    def _conversion(self, pin: str, place: ast.Expr) -> str:
+        """The function that brings an output to a variable: MOVE, or a conversion."""
+        numbers = self.writer.drawing.more.numbers
+        source = self.result if self.is_function else self._number(pin)
+        target = kinds.kind(place, numbers) if numbers and source is not None else None
+        if target is None or pin.upper() == "ENO":
+            return "MOVE"
+        if not kinds.needed(kinds.Kind(source, self.bits or source.bits), target.type):
+            return "MOVE"
+        if not self.mixed:
+            findings.converted(self.writer.diagnostics, place.span, source.name, target.type.name)
+        return f"{source.name}_TO_{target.type.name}"
 
     def _superfluous(self, pin: Input) -> bool:
         """Whether this is EN of a function block that has none, and always on."""
@@ -207,6 +275,11 @@ class Pins:
             target = ast.Junction(goal, span) if goal is not None else places.pop()
             after.append(("NOT", ast.Junction(raw, span), target, (raw,), (goal,) if goal else ()))
             net, places = raw, []
+        if net is None and (conversion := self._conversion(pin.name, places[0])) != "MOVE":
+            raw = writer.fresh()
+            self.writes.append(raw)
+            self.pins.append(ast.Pin(name, ast.Junction(raw, span), True, span))
+            return [(conversion, ast.Junction(raw, span), places[0], (raw,), ())]
         if net is None:
             self.pins.append(ast.Pin(name, places[0], True, span))
             return after
@@ -217,7 +290,8 @@ class Pins:
         else:
             self.writes.append(net)
             self.pins.append(ast.Pin(name, ast.Junction(net, span), True, span))
-        after += [("MOVE", ast.Junction(net, span), place, (net,), ()) for place in places]
+        after += [(self._conversion(pin.name, place), ast.Junction(net, span), place, (net,), ())
+                  for place in places]
         return after
 
     def _result(self, name: str) -> str:

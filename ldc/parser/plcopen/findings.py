@@ -64,3 +64,9 @@ def moved(diagnostics: Diagnostics, span: Span, name: str, address: str, to: str
     diagnostics.warning("LD0155", f"`{name}` at {address} would lie on narrower variables here", span,
                         f"is at {to} instead",
                         help="bits and words are apart where the file comes from; connect the signal there")
+
+
+def converted(diagnostics: Diagnostics, span: Span, source: str, target: str) -> None:
+    diagnostics.warning("LD0156", f"a value of type {source} becomes {target} without a conversion", span,
+                        f"this is {source}",
+                        help=f"other editors convert it by themselves; write {source}_TO_{target}")

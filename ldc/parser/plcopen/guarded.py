@@ -15,6 +15,7 @@ from ldc.library import blocks
 from ldc.parser import ast
 from ldc.parser import statements as st
 from ldc.source import Span
+from ldc.types import Elementary
 
 _PINS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 Pins = dict[str, tuple[ast.VarDecl, ...]]
@@ -25,6 +26,7 @@ class Additions:
     """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
     the project, by name in capitals; ``functions``: those of the functions; ``local``: variables of the
     POU; ``retyped``: other types for these;
+    ``numbers``: types of the variables that are integers or bit strings, when they may be mixed;
     ``prefix``: of the names of function blocks that are made; ``added``: names of instances, in capitals."""
 
     interfaces: dict[str, Pins] = field(default_factory=dict)
@@ -35,6 +37,7 @@ class Additions:
     prefix: str = ""
     functions: Mapping[str, Pins] = field(default_factory=dict)
     added: set[str] = field(default_factory=set)
+    numbers: Mapping[str, Elementary] = field(default_factory=dict)
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""

@@ -16,19 +16,24 @@ from ldc.parser.plcopen import (
     findings,
     inputs,
     interface,
+    invocations,
     kept,
+    kinds,
     others,
     texts,
     written,
 )
 from ldc.parser.plcopen.body import ladder
+from ldc.parser.plcopen.conversions import written_out
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, pins_of, retype
 from ldc.parser.plcopen.lists import Lists, are_named
 from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.sfc import Body, SfcBody
+from ldc.parser.statements import StatementBody
 from ldc.source import SourceFile, Span
+from ldc.types import Elementary
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
 _GRAPHICAL = ("LD", "FBD")
@@ -58,15 +63,18 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         return ast.File(source, (), (), (), (), (), True)
     others.tell(root, reading)
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
-    types, pous = tuple(t for t in types if t), _pous(root, diagnostics)
     configurations, loose = _instances(root, diagnostics)
+    shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
+                        for block in holder.var_blocks)]
+    numbers = kinds.declared(v for block in shared for v in block.variables)
+    types, pous = tuple(t for t in types if t), _pous(root, numbers, diagnostics)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     remarks = reading.remarks
     if lists is not None and lists.renamed:
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
-    pous += _additional(pous, types, loose, configurations)
+    pous += additional.wanted(pous, shared, (found.name for found in (*pous, *types)))
     pous, loose, configurations = inputs.without_addresses(pous, loose, configurations, reading)
     groups = [loose, *(pou.var_blocks for pou in pous),
               *(holder.var_blocks for c in configurations for holder in (c, *c.resources))]
@@ -82,15 +90,6 @@ def _placed(
 ) -> ast.Configuration:
     resources = tuple(replace(r, var_blocks=placed(r.var_blocks)) for r in found.resources)
     return replace(found, var_blocks=placed(found.var_blocks), resources=resources)
-
-
-def _additional(
-    pous: tuple[ast.Pou, ...], types: tuple[ast.TypeDecl, ...], loose: tuple[ast.VarBlock, ...],
-    configurations: tuple[ast.Configuration, ...],
-) -> tuple[ast.Pou, ...]:
-    shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
-                        for block in holder.var_blocks)]
-    return additional.wanted(pous, shared, (found.name for found in (*pous, *types)))
 
 
 def _named(found: ast.Configuration, lists: Lists, remarks: list[ast.Remark]) -> ast.Configuration:
@@ -148,8 +147,10 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
     return _Head(node, kind, name, result, sections)
 
 
-def _pous(root: Node, diagnostics: Diagnostics) -> tuple[ast.Pou, ...]:
-    """All POUs, and behind them the function blocks that their drawings need."""
+def _pous(
+    root: Node, shared: dict[str, Elementary], diagnostics: Diagnostics
+) -> tuple[ast.Pou, ...]:
+    """All POUs, and behind them the function blocks that their drawings need. ``shared``: the global numbers."""
     nodes = [root] if root.tag == "pou" else root.descendants("pou", *_NOT_OURS)
     heads = [h for node in nodes if node.tag == "pou" and (h := _head(node, diagnostics)) is not None]
     interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
@@ -158,8 +159,14 @@ def _pous(root: Node, diagnostics: Diagnostics) -> tuple[ast.Pou, ...]:
     pous = []
     for head in heads:
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
-        more = Additions(interfaces, local, pous=made, functions=functions)
+        seen = {name: type_ for name, type_ in shared.items() if name not in local} | kinds.declared(local.values())
+        seen = seen if kinds.may_mix(seen.values()) else {}
+        more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen)
         body = _body(head.node, head.name, more, diagnostics)
+        if isinstance(body, StatementBody | SfcBody):
+            body = invocations.standard(body, local, interfaces)
+            if seen:
+                body = written_out(body, seen, invocations.numbers(local, interfaces), diagnostics)
         sections = retype(head.sections, more.retyped)
         if more.variables:
             sections = (*sections, ast.VarBlock("VAR", (), tuple(more.variables), head.node.span))
