@@ -30,8 +30,9 @@ def has_chart(folder: Path) -> bool:
     return any("INITIAL_STEP" in path.read_text(encoding="utf-8") for path in folder.glob("*.*"))
 
 
-SAMPLES = sorted(path.parent for path in (ROOT / "samples").glob("*/ldc.toml") if not has_chart(path.parent))
-"""Charts are not exported."""
+SAMPLES = sorted(path.parent for path in (ROOT / "samples").glob("*/ldc.toml")
+                 if not has_chart(path.parent) and not list(path.parent.glob("*.ldc.toml")))
+"""Charts and components are not exported."""
 
 
 def exported(tmp_path: Path, *sources: Path | str) -> str:
@@ -337,3 +338,9 @@ def test_damaged_data_of_ours_is_not_looked_at(tmp_path: Path) -> None:
                      ('elements="', 'elements="" x="')]:
         damaged = xml.replace(old, new).replace("</rungs", "</other" if new == "<other" else "</rungs")
         assert [text for _, _, text in rungs(read(damaged))][0].startswith("[a] (q)")
+
+
+def test_components_have_no_place_in_the_format(tmp_path: Path, capsys) -> None:
+    assert main(["export", str(ROOT / "samples" / "press"), "--to", "plcopen", "-o", str(tmp_path / "x.xml")]) == 1
+    assert "PRESS_FORCE" in capsys.readouterr().err
+    assert not (tmp_path / "x.xml").exists()

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from ldc import pipeline
 from ldc.cli import imported
 from ldc.cli.compiling import compiled
-from ldc.cli.console import OK
+from ldc.cli.console import OK, Failure
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
@@ -26,6 +26,9 @@ def run(options: argparse.Namespace) -> int:
     """What compiles is exported, from its canonical text."""
     sources = read(options.sources)
     first = compiled(sources, verify=False)
+    if first.components:
+        names = ", ".join(c.name for c in first.components.values())
+        raise Failure(f"TC6 has no place for components: {names}; other tools would need them as blocks of theirs")
     diagnostics = Diagnostics()
     texts = tuple(_texts(first.project.files, diagnostics))
     if diagnostics.has_errors:
