@@ -1,4 +1,4 @@
-/* See p_handshake.h. M0 to M5 and S1 to S5 are the steps of docs/processors.md. */
+/* See p_handshake.h. M0 to M5 and S1 to S5 are the steps of docs/firmware.md. */
 #include "p_handshake.h"
 
 #define HEAD 20u

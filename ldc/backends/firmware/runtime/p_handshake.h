@@ -1,4 +1,4 @@
-/* The transfer of data between two processors over shared memory: the sequence U* of docs/processors.md, which
+/* The transfer of data between two processors over shared memory: the sequence U* of docs/firmware.md, which
    loses nothing, gives nothing twice and stops nowhere, with one writer for every word.
 
    Needs no system: each call makes one step and returns. It works over any memory that both sides see: the shared
