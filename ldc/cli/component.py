@@ -116,10 +116,10 @@ def _sources(paths: list[str]) -> Sources:
     descriptors = [Path(p) for p in paths if p.lower().endswith(SUFFIX)]
     descriptors += [path for folder in bare for path in find.in_folder(folder, deep=True)]
     others = [p for p in paths if not p.lower().endswith(SUFFIX) and Path(p) not in bare]
-    if not paths and (Path(NAME).is_file() or not find.in_folder(Path("."), deep=True)):
+    if not paths and (Path(NAME).is_file() or not find.in_folder(Path("."), deep=False)):
         others = ["."]
     elif not paths:
-        descriptors = find.in_folder(Path("."), deep=True)
+        descriptors = find.in_folder(Path("."), deep=False)
     project = _project_around(descriptors[0]) if descriptors and not others else None
     sources = find_sources(others or ([str(project)] if project else []), diagnostics)
     found = []
