@@ -1,0 +1,1 @@
+"""Master and slaves: the states they are in (SPEC 5)."""
