@@ -1,4 +1,4 @@
-"""PLCopen XML as OpenPLC, Beremiz, CODESYS and TwinCAT really write it: small drawings with their constructs."""
+"""PLCopen XML as OpenPLC, Beremiz, CODESYS and TwinCAT write it: small drawings with their constructs."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ def test_pragmas_are_left_out_and_told_once() -> None:
     assert run(xml, [{"a": 1, "b": 1}], "q w") == ["1 1"]
 
 
-@pytest.mark.parametrize("pragma", ["{IF defined (x)}", "{{extern int i; i = 3;}}", "{__SET_VAR(d->,x,,1)}", "{"])
+@pytest.mark.parametrize("pragma", ["{IF defined (x)}", "{{extern int i; i = 3;}}", "{__SET_VAR(d->,x,,1)}",
+                                    "{"])
 def test_pragmas_that_do_something_are_no_comments(pragma: str) -> None:
     told = findings(statements(f"q := a;\n{pragma}\nw := b;"))
     (found,) = [text for text in told if text.startswith("LD0151")]
@@ -142,8 +143,8 @@ def located(body: str, *placed: tuple[str, str, str], sections: str = "") -> str
     """A program whose variables are (name, address, type)."""
     lines = "".join(f'<variable name="{name}" address="{address}"><type><{type_}/></type></variable>'
                     for name, address, type_ in placed)
-    return (f'<pou name="main" pouType="program"><interface>{sections}<localVars>{lines}</localVars></interface>'
-            f"<body>{body}</body></pou>")
+    return (f'<pou name="main" pouType="program"><interface>{sections}<localVars>{lines}</localVars>'
+            f"</interface><body>{body}</body></pou>")
 
 
 @pytest.mark.parametrize("body", [
@@ -170,8 +171,8 @@ def test_a_global_input_that_a_program_writes() -> None:
                       sections=external)
     declared = ('<globalVars><variable name="g" address="%IX0.7"><type><BOOL/></type></variable>'
                 '<variable name="h" address="%IX0.6"><type><BOOL/></type></variable></globalVars>')
-    instances = (f'<configurations><configuration name="c"><resource name="r"><task name="t" interval="T#20ms" '
-                 f'priority="0"><pouInstance name="p" typeName="main"/></task>{declared}</resource>'
+    instances = (f'<configurations><configuration name="c"><resource name="r"><task name="t" '
+                 f'interval="T#20ms" priority="0"><pouInstance name="p" typeName="main"/></task>{declared}</resource>'
                  "</configuration></configurations>")
     xml = project(program, instances=instances)
     assert findings(xml) == ["LD0149 `g` is the input %IX0.7, and the program writes it"]
@@ -181,8 +182,8 @@ def test_a_global_input_that_a_program_writes() -> None:
 # ---- declarations
 
 
-TEXT = ("FUNCTION_BLOCK made {attribute 'x'}\nVAR_INPUT\n  a : BOOL; // a &lt; b\nEND_VAR\nVAR_OUTPUT q : BOOL; "
-        "END_VAR\nVAR\n {attribute 'hide'} n : ARRAY [0..2] OF INT := [1, 2, 3];\nEND_VAR\n")
+TEXT = ("FUNCTION_BLOCK made {attribute 'x'}\nVAR_INPUT\n  a : BOOL; // a &lt; b\nEND_VAR\nVAR_OUTPUT "
+        "q : BOOL; END_VAR\nVAR\n {attribute 'hide'} n : ARRAY [0..2] OF INT := [1, 2, 3];\nEND_VAR\n")
 IN_TEXT = {
     "as CODESYS keeps it": '<data name="http://www.3s-software.com/plcopenxml/interfaceasplaintext">'
     f'<InterfaceAsPlainText><xhtml xmlns="http://www.w3.org/1999/xhtml">{TEXT}</xhtml></InterfaceAsPlainText>'
@@ -196,8 +197,8 @@ IN_TEXT = {
 def test_declarations_that_are_text_only(data: str, inside: bool) -> None:
     data = f"<addData>{data}</addData>"
     interface = f"<interface><localVars/>{data}</interface>" if inside else "<interface/>"
-    block_ = (f'<pou name="made" pouType="functionBlock">{interface}<body><ST>q := a AND n[2] = 3;</ST></body>'
-              f"{'' if inside else data}</pou>")
+    block_ = (f'<pou name="made" pouType="functionBlock">{interface}<body><ST>q := a AND n[2] = 3;</ST>'
+              f"</body>{'' if inside else data}</pou>")
     xml = project(block_, pou("<ST>f(a := TRUE, q =&gt; q);</ST>", "f : made; q : BOOL"))
     assert run(xml, [{}], "q") == ["1"]
 
@@ -208,8 +209,8 @@ def test_a_type_that_is_written_out() -> None:
                     for at, name in enumerate(names))
     lines += variables("i : INT")
     xml = project(f'<pou name="main" pouType="program"><interface><localVars>{lines}</localVars>'
-                  "</interface><body><ST>v0 := CONCAT('ab', 'cde'); v1 := CONCAT('ab', 'cde'); v2[2] := LEN(v0); "
-                  "i := LEN(v1) * v2[2];</ST></body></pou>")
+                  "</interface><body><ST>v0 := CONCAT('ab', 'cde'); v1 := CONCAT('ab', 'cde'); "
+                  "v2[2] := LEN(v0); i := LEN(v1) * v2[2];</ST></body></pou>")
     assert run(xml, [{}], "i") == ["12"]
 
 
@@ -217,8 +218,8 @@ def test_a_type_that_is_written_out() -> None:
 
 
 def test_an_additional_block_comes_with_what_it_needs() -> None:
-    xml = statements("f(AUTO := TRUE, PV := 3.0, SP := 1.0, KP := 2.0, TR := 1.0, TD := 0.0, CYCLE := T#500ms); "
-                     "x := f.XOUT;", "f : PID; x : REAL")
+    xml = statements("f(AUTO := TRUE, PV := 3.0, SP := 1.0, KP := 2.0, TR := 1.0, TD := 0.0, "
+                     "CYCLE := T#500ms); x := f.XOUT;", "f : PID; x : REAL")
     result_ = built(xml)
     assert not said(result_)
     assert [p.name for p in result_.project.files[0].pous] == ["main", "INTEGRAL", "DERIVATIVE", "PID"]
@@ -235,7 +236,8 @@ def test_a_block_of_the_file_goes_before_an_additional_one() -> None:
 def test_a_semaphore_a_ramp_and_a_hysteresis() -> None:
     xml = statements("s1(CLAIM := a, RELEASE := b, BUSY => q);", f"{VALUES}; s1 : SEMA")
     assert run(xml, [{"a": 1}, {}, {"a": 0}, {"b": 1}, {"b": 0}], "q") == ["0", "1", "1", "0", "0"]
-    xml = statements("r1(RUN := a, X0 := 2.0, X1 := 6.0, TR := T#40ms, CYCLE := T#10ms, BUSY => q, XOUT => x);",
+    xml = statements("r1(RUN := a, X0 := 2.0, X1 := 6.0, TR := T#40ms, CYCLE := T#10ms, BUSY => q, "
+                     "XOUT => x);",
                      f"{VALUES}; r1 : RAMP")
     assert run(xml, [{}, {"a": 1}, {}, {}, {}, {}], "q x") == ["0 2", "1 2", "1 3", "1 4", "1 5", "0 6"]
     xml = statements("h(XIN1 := x, XIN2 := 5.0, EPS := 1.0, Q => q);", f"{VALUES}; h : HYSTERESIS")
@@ -250,7 +252,8 @@ def test_the_derivative_of_a_ramp_is_its_slope() -> None:
 
 def test_a_clock_is_set_by_an_edge() -> None:
     xml = statements("r1(IN := a, PDT := DT#2026-01-01-00:00:00, Q => q, CDT => when); "
-                     "i := TIME_TO_INT((when - DT#2026-01-01-00:00:00) / 10);", f"{VALUES}; r1 : RTC; when : DT")
+                     "i := TIME_TO_INT((when - DT#2026-01-01-00:00:00) / 10);",
+                     f"{VALUES}; r1 : RTC; when : DT")
     rows = run(xml, [{}, {"a": 1}, {}, {}], "q i")
     assert [row[0] for row in rows] == ["0", "1", "1", "1"]
     assert [row[2:] for row in rows[1:]] == ["0", "1", "2"]
@@ -263,8 +266,9 @@ def test_a_project_has_a_limit_of_statements() -> None:
 # ---- addresses
 
 OF_BEREMIZ = f'<project xmlns:ns1="{NAMESPACE}" '
-ANALOG = (("a", "%IX0.0", "BOOL"), ("level", "%IW0", "INT"), ("q", "%QX0.0", "BOOL"), ("speed", "%QW0", "INT"),
-          ("far", "%QW3", "INT"), ("wide", "%MD0", "DINT"), ("narrow", "%MW1", "INT"), ("small", "%MB9", "BYTE"))
+ANALOG = (("a", "%IX0.0", "BOOL"), ("level", "%IW0", "INT"), ("q", "%QX0.0", "BOOL"),
+          ("speed", "%QW0", "INT"), ("far", "%QW3", "INT"), ("wide", "%MD0", "DINT"), ("narrow", "%MW1", "INT"),
+          ("small", "%MB9", "BYTE"))
 
 
 def places(xml: str) -> dict[str, str | None]:
@@ -283,7 +287,8 @@ def test_bits_and_words_are_apart_in_openplc() -> None:
 
 
 def test_an_address_that_the_program_names_stays() -> None:
-    xml = project(located("<ST>%QW0 := 3; speed := speed + 1;</ST>", *ANALOG)).replace("<project ", OF_BEREMIZ)
+    xml = project(located("<ST>%QW0 := 3; speed := speed + 1;</ST>", *ANALOG))
+    xml = xml.replace("<project ", OF_BEREMIZ)
     assert places(xml)["speed"] == "%QW0"
 
 
@@ -294,7 +299,8 @@ def test_other_editors_mean_one_image() -> None:
 
 @pytest.mark.parametrize("place", ["%I*", "%QX*", "%MW*", "%IX0.1.2", "%QW1.2.3", "%MW2000"])
 def test_an_address_that_is_no_place_here_is_left_out(place: str) -> None:
-    xml = project(located("<ST>IF x > 2 THEN q := TRUE; END_IF;</ST>", ("x", place, "INT"), ("q", "%QX0.0", "BOOL")))
+    xml = project(located("<ST>IF x > 2 THEN q := TRUE; END_IF;</ST>", ("x", place, "INT"),
+                          ("q", "%QX0.0", "BOOL")))
     assert findings(xml) == [f"LD0152 PLCopen XML: the address {place} of `x` is left out"]
     assert run(xml, [{}, {"x": 3}], "q") == ["0", "1"]
 
@@ -365,7 +371,8 @@ def test_a_number_that_may_not_fit_is_an_error(text: str) -> None:
 
 def test_pins_with_numbers_of_other_types() -> None:
     xml = ladder(MIXED, rail(), contact(2, "a"), value(3, "u"),
-                 block(4, "CTU", {"CU": 2, "PV": 3}, ("Q", "CV"), "n"), coil(5, "q", "4.Q"), result(6, "v", "4.CV"))
+                 block(4, "CTU", {"CU": 2, "PV": 3}, ("Q", "CV"), "n"), coil(5, "q", "4.Q"),
+                 result(6, "v", "4.CV"))
     assert [found for found in findings(xml) if found.startswith("LD01")] == [
         WARNED.format("WORD", "INT"), WARNED.format("INT", "WORD")]
     assert run(xml, [{"u": 2, "a": 1}, {"a": 0}, {"a": 1}], "q v") == ["0 1", "0 1", "1 2"]
@@ -383,14 +390,27 @@ def test_an_import_writes_the_conversions(tmp_path) -> None:
 
 
 def test_pins_of_standard_blocks_in_calls_have_their_long_names() -> None:
-    xml = statements("n(CU := a, RESET := b, PV := 1); f(SET1 := n.Q, RESET := c); q := f.Q1;", f"{VALUES}; f : SR")
+    xml = statements("n(CU := a, RESET := b, PV := 1); f(SET1 := n.Q, RESET := c); q := f.Q1;",
+                     f"{VALUES}; f : SR")
     assert not said(built(xml))
     assert run(xml, [{"a": 1}, {"b": 1}, {"c": 1}], "q n.CV") == ["1 1", "1 0", "0 0"]
 
 
 def test_outputs_follow_the_inputs_in_a_call_without_names() -> None:
     own = pou("<ST>s := p + 1;</ST>", "", name="plus", kind="functionBlock",
-              sections=f"<inputVars>{variables('p : INT')}</inputVars><outputVars>{variables('s : INT')}</outputVars>")
+              sections=f"<inputVars>{variables('p : INT')}</inputVars>"
+                       f"<outputVars>{variables('s : INT')}</outputVars>")
     xml = project(own, pou("<ST>t(a, T#0s, q); g(i, j);</ST>", f"{VALUES}; g : plus"))
     assert run(xml, [{"a": 1, "i": 4}], "q j") == ["1 5"]
     assert [found[:6] for found in findings(statements("t(a, T#1s, q, y, w);"))] == ["LD0509"] * 3
+
+
+def test_an_address_in_a_comment_is_none_of_the_program() -> None:
+    note = "<documentation><p>%QW0 is slow</p></documentation>"
+    xml = project(located("<ST>(* %QW0 *) speed := 3;</ST>", *ANALOG)).replace("<project ", OF_BEREMIZ)
+    assert places(xml.replace("</interface>", f"</interface>{note}"))["speed"] == "%QW4"
+
+
+def test_a_body_in_another_language_is_told_once() -> None:
+    text = "/* blink */\nint led = 13;\nvoid setup() {\n  pinMode(led, 1);\n}\nvoid loop() { led = 1; }\n"
+    assert findings(statements(text)) == ["LD0151 PLCopen XML: a body in C or C++ is not supported"]

@@ -15,7 +15,9 @@ PACKAGE = "ldc.parser.plcopen"
 NAMES = frozenset(("SEMA", "RTC", "INTEGRAL", "DERIVATIVE", "PID", "RAMP", "HYSTERESIS"))
 
 
-def wanted(pous: Iterable[ast.Pou], shared: Iterable[ast.VarBlock], own: Iterable[str]) -> tuple[ast.Pou, ...]:
+def wanted(
+    pous: Iterable[ast.Pou], shared: Iterable[ast.VarBlock], own: Iterable[str]
+) -> tuple[ast.Pou, ...]:
     """Those that variables of POUs and global ones name as their types, and what these need; without those
     that are declared, whose names are ``own``."""
     known = {name.upper() for name in own}

@@ -1,7 +1,7 @@
 """Addresses of variables as other tools mean them, and what they are here.
 
-In the runtimes of Beremiz and OpenPLC bits, bytes and words lie apart: `%IX0.0` has nothing to do with `%IW0`.
-Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors leave
+In the runtimes of Beremiz and OpenPLC bits, bytes and words lie apart: `%IX0.0` has nothing to do with
+`%IW0`. Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors leave
 addresses open (`%I*`), or name channels of devices (`%IX0.1.2`); such a variable has no address.
 """
 
@@ -17,13 +17,14 @@ from ldc.parser.plcopen import findings
 
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.(\d))?\Z")
 _BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
-_LOCATED = re.compile(r"""\saddress\s*=\s*["'][^"'<]*["']""")
+_NO_CODE = re.compile(
+    r"""\saddress\s*=\s*["'][^"'<]*["']|<(comment|documentation)[\s>].*?</\1\s*>|\(\*.*?\*\)""", re.DOTALL)
 _OPEN = re.compile(r"%[IQM][XBWDL]?(?:\*|\d+(?:\.\d+)+)\Z")
 _APART = re.compile(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
 _HEAD = 2_000
 _BYTES = {"X": 0, "B": 1, "W": 2, "D": 4, "L": 8}
 _FAR = 1_024
-"""Bytes of an area of the image, unless a project says otherwise. Beyond, a flag is as good without an address."""
+"""Bytes of an area of the image, unless a project says otherwise. Beyond, a flag goes without an address."""
 
 Blocks = tuple[ast.VarBlock, ...]
 
@@ -92,5 +93,5 @@ def _moves(places: set[str | None], text: str) -> dict[str, str]:
                 if place not in moved:
                     taken.update(range(start, start + width))
             at += len(same)
-    bare = {found.upper() for found in _BARE.findall(_LOCATED.sub("", text))} if moved else set()
+    bare = {found.upper() for found in _BARE.findall(_NO_CODE.sub("", text))} if moved else set()
     return {place: to for place, to in moved.items() if place not in bare}

@@ -153,8 +153,8 @@ class Pins:
         return type_ if isinstance(type_, Elementary) and type_.name in kinds.NUMBERS else None
 
     def _mixed(self) -> None:
-        """The operands of an operator, when bit strings are among numbers. Keeps what it gives (``result``), from
-        operands of how many ``bits``, and whether some were converted (``mixed``)."""
+        """The operands of an operator, when bit strings are among numbers. Keeps what it gives (``result``),
+        from operands of how many ``bits``, and whether some were converted (``mixed``)."""
         numbers, type_ = self.writer.drawing.more.numbers, self.type.upper()
         values = [pin for pin in self.pins if (pin.name or "").upper() != "EN"]
         self.result = kinds.result(type_)

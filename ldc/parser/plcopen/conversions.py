@@ -19,8 +19,8 @@ def written_out(
     body: object, numbers: Mapping[str, Elementary], pins: Mapping[str, Mapping[str, Elementary]],
     diagnostics: Diagnostics,
 ) -> object:
-    """A body with its statements. ``numbers``: the types of the variables that it sees; ``pins``: those of the
-    inputs of its instances of function blocks."""
+    """A body with its statements. ``numbers``: the types of the variables that it sees; ``pins``: those of
+    the inputs of its instances of function blocks."""
     return rewritten(body, _Change(numbers, pins, diagnostics).node)
 
 
@@ -46,8 +46,8 @@ class _Change:
                 return self._taken(node, target.type if target is not None else None)
             case st.Invoke(callee=ast.Name()):
                 pins = self.pins.get(node.callee.name.upper(), {})
-                made = tuple(argument if argument.output or argument.name is None else
-                             self._taken(argument, pins.get(argument.name.upper())) for argument in node.arguments)
+                made = tuple(one if one.output or one.name is None else
+                             self._taken(one, pins.get(one.name.upper())) for one in node.arguments)
                 return replace(node, arguments=made) if pins else node
         return node
 

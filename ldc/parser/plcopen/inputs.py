@@ -27,7 +27,8 @@ def without_addresses(
     another variable keeps it: the two would no longer be the same."""
     shared = [*loose, *(block for c in configurations for h in (c, *c.resources) for block in h.var_blocks)]
     blocks = [*shared, *(block for pou in pous for block in pou.var_blocks)]
-    inputs = any(block.kind == "VAR_INPUT" for pou in pous if pou.kind == "PROGRAM" for block in pou.var_blocks)
+    inputs = any(block.kind == "VAR_INPUT" for pou in pous if pou.kind == "PROGRAM"
+                 for block in pou.var_blocks)
     at = Counter(v.location for block in blocks for v in block.variables if v.location)
     if not inputs and not any(place.startswith("%I") for place in at):
         return pous, loose, configurations

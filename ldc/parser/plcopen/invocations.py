@@ -1,7 +1,7 @@
 """Calls of function blocks in statements, with the names of pins that the standard has.
 
-Some editors call the pins of standard blocks otherwise (`RESET` of a counter); some let outputs follow the inputs
-in a call without names: `t(start, T#1s, done, elapsed)`.
+Some editors call the pins of standard blocks otherwise (`RESET` of a counter); some let outputs follow the
+inputs in a call without names: `t(start, T#1s, done, elapsed)`.
 """
 
 from __future__ import annotations
@@ -65,7 +65,9 @@ def _pins(type_: str, interfaces: Mapping[str, Pins]) -> tuple[list[str], list[s
     return [p.name for p in signature.inputs], [p.name for p in signature.outputs]
 
 
-def _named(arguments: tuple[ast.Argument, ...], inputs: list[str], outputs: list[str]) -> tuple[ast.Argument, ...]:
+def _named(
+    arguments: tuple[ast.Argument, ...], inputs: list[str], outputs: list[str]
+) -> tuple[ast.Argument, ...]:
     """With names, when there are more than inputs; too many are left for a finding."""
     if not len(inputs) < len(arguments) <= len(inputs) + len(outputs):
         return arguments

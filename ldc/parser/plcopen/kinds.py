@@ -1,8 +1,8 @@
-"""Static types of expressions, as far as they are integers or bit strings; and what other editors make of a mix.
+"""Types of expressions, as far as they are integers or bit strings; and what other editors make of a mix.
 
-They take BYTE, WORD, DWORD and LWORD for unsigned numbers, and convert between numbers of the same size, or to
-larger ones, by themselves. Here that is written out (`WORD_TO_INT(x)`), with a warning. A value that may not fit
-(DINT to INT) is left as it is, and is an error.
+They take BYTE, WORD, DWORD and LWORD for unsigned numbers, and convert between numbers of the same size, or
+to larger ones, by themselves. Here that is written out (`WORD_TO_INT(x)`), with a warning. A value that may
+not fit (DINT to INT) is left as it is, and is an error.
 """
 
 from __future__ import annotations
@@ -89,7 +89,8 @@ def converted(node: ast.Expr, source: Elementary, target: Elementary) -> ast.Exp
     """The value in another type; the value itself when it is of that type."""
     if source == target:
         return node
-    return ast.Call(f"{source.name}_TO_{target.name}", (ast.Argument(None, node, False, node.span),), node.span)
+    given = ast.Argument(None, node, False, node.span)
+    return ast.Call(f"{source.name}_TO_{target.name}", (given,), node.span)
 
 
 def untyped(node: ast.Expr) -> bool:

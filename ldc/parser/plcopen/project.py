@@ -150,7 +150,8 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
 def _pous(
     root: Node, shared: dict[str, Elementary], diagnostics: Diagnostics
 ) -> tuple[ast.Pou, ...]:
-    """All POUs, and behind them the function blocks that their drawings need. ``shared``: the global numbers."""
+    """All POUs, and behind them the function blocks that their drawings need. ``shared``: types of global
+    variables that are numbers."""
     nodes = [root] if root.tag == "pou" else root.descendants("pou", *_NOT_OURS)
     heads = [h for node in nodes if node.tag == "pou" and (h := _head(node, diagnostics)) is not None]
     interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
@@ -159,7 +160,8 @@ def _pous(
     pous = []
     for head in heads:
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
-        seen = {name: type_ for name, type_ in shared.items() if name not in local} | kinds.declared(local.values())
+        seen = {name: type_ for name, type_ in shared.items() if name not in local}
+        seen |= kinds.declared(local.values())
         seen = seen if kinds.may_mix(seen.values()) else {}
         more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen)
         body = _body(head.node, head.name, more, diagnostics)
@@ -189,6 +191,6 @@ def _body(
             if node.tag == "ST":
                 return statements(node.body, diagnostics)
             if node.tag == "SFC":
-                return ChartReader(pou, node, name, more, diagnostics).chart()
+                return ChartReader(pou, holder, node, name, more, diagnostics).chart()
     at = pou.find("body") or pou
     return ast.LadderBody((), Span(at.span.source, at.stop, at.stop))

@@ -18,9 +18,18 @@ _WITHOUT_EFFECT = re.compile(
     r"\{\s*(attribute|warning|info|text|region|endregion|analysis|flow|nobp|bp|docu|messageguid)\b",
     re.IGNORECASE)
 
+_OTHER_CODE = re.compile(r"^[ \t]*(#include\b|void\s+(?:setup|loop)\s*\(\s*\))", re.MULTILINE)
+"""How a program in C++ begins, which OpenPLC keeps where statements stand."""
+
 
 def statements(text: Span, diagnostics: Diagnostics) -> StatementBody:
     """The statements in a part of a text; what cannot be read is left out and told."""
+    code = _OTHER_CODE.search(text.source.text, text.start, text.end)
+    if code is not None:
+        span = Span(text.source, code.start(1), code.end(1))
+        Reading(text.source, "PLCopen XML", diagnostics).unsupported(
+            span, "a body in C or C++", "write it in Structured Text, or as a component in C", "no statement")
+        return StatementBody((), text)
     tokens = lex(text.source, text.start, text.end, statements=True)
     _tell_pragmas(tokens, Reading(text.source, "PLCopen XML", diagnostics))
     tokens = dialect.standard(tokens)
