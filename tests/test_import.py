@@ -124,6 +124,19 @@ def test_a_project_of_text_files(tmp_path: Path, capsys) -> None:
     assert digest(folder) in report and "| PROGRAM main | 1 rung | `src/main.ld` |" in report
 
 
+def test_the_report_tells_what_was_added(tmp_path: Path) -> None:
+    drawn = ladder(
+        "a b q : BOOL; t : TON; c : CTU", rail(), contact(2, "a"), value(3, "T#2s"),
+        block(4, "TON", {"EN": 2, "IN": 1, "PT": 3}, ("ENO", "Q", "ET"), "t"), contact(5, "b"),
+        block(6, "CTU", {"CU": 5}, ("Q",), "c").replace('"CU"', '"CU" edge="rising"'), coil(7, "q", "6.Q"))
+    status, folder = imported(tmp_path, drawn)
+    assert status == 0
+    rows = (folder / "import-report.md").read_text(encoding="utf-8").split("## Added: 2")
+    assert "`main.t` | an instance of `TON_EN`" in rows[0]
+    assert re.search(r"\| \d+ \| `TON_EN` \| a function block", rows[1])
+    assert re.search(r"\| \d+ \| `main.edge_6_CU` \| an instance of `R_TRIG` \|", rows[1])
+
+
 MANY = project(
     pou("<LD>" + rail() + contact(2, "a") + coil(3, "q", 2) + "</LD>", "a q : BOOL", "zeta"),
     pou("<ST><p>a := NOT a; (* turn *)</p></ST>", "a : BOOL", "alpha"),

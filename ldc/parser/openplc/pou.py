@@ -14,7 +14,7 @@ from ldc.parser.openplc.drawing import Drawings
 from ldc.parser.openplc.known import DRAWN
 from ldc.parser.openplc.types import plain_pou
 from ldc.parser.openplc.values import JsonText
-from ldc.parser.plcopen.guarded import Additions, Pins, pins_of, retype
+from ldc.parser.plcopen.guarded import Additions, Pins, added, pins_of, retype
 from ldc.parser.reader import POUS, Reader
 from ldc.source import SourceFile, Span
 
@@ -50,7 +50,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     comments = [ast.Comment(source.text[a:b], Span(source, a, b)) for a, b in tokens.comments]
     if text is not None and text.root is not None and pous:
         body = Drawings(reading, text, pous[-1].name, more := additions(pous[-1], {}))
-        pous = (*pous[:-1], *drawn_pou(pous[-1], body.body(text.root), more))
+        pous = (*pous[:-1], *drawn_pou(pous[-1], body.body(text.root), more, reading))
     pous = tuple(plain_pou(_titled(pou, comments)) for pou in pous)
     return ast.File(source, pous, tuple(reader.type_decls), tuple(reader.globals),
                     tuple(reader.configurations), tuple(comments),
@@ -63,8 +63,11 @@ def additions(pou: ast.Pou, interfaces: Mapping[str, Pins]) -> Additions:
     return Additions(dict(interfaces), local, prefix=f"{pou.name}_")
 
 
-def drawn_pou(pou: ast.Pou, body: ast.LadderBody, more: Additions) -> tuple[ast.Pou, ...]:
+def drawn_pou(
+    pou: ast.Pou, body: ast.LadderBody, more: Additions, reading: Reading
+) -> tuple[ast.Pou, ...]:
     """A POU with its drawing, and the function blocks that this needs."""
+    reading.remarks += (*more.remarks(pou.name), *map(added, more.pous.values()))
     sections = retype(pou.var_blocks, more.retyped)
     if more.variables:
         sections = (*sections, ast.VarBlock("VAR", (), tuple(more.variables), pou.name_span))

@@ -97,7 +97,7 @@ class _Project:
         elif language in ("ld", "fbd"):
             more = additions(pou, interfaces)
             drawn = Drawings(self.reading, self.text, pou.name, more)
-            return drawn_pou(pou, drawn.body(value), more)
+            return drawn_pou(pou, drawn.body(value), more, self.reading)
         elif language in ("st", "il") and isinstance(value.data, str):
             ending = f"{self.reading.source.path} ({pou.name}.{language})"
             span = Span(SourceFile(ending, value.data), 0, len(value.data))

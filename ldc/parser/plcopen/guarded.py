@@ -74,6 +74,19 @@ class Additions:
         self.variables.append(_declare(instance, name, span))
         return [ast.Pin(v.name, ast.Name(v.name, span), False, span) for v in found.values()]
 
+    def remarks(self, pou: str) -> Iterator[ast.Remark]:
+        """What became of the variables of a POU, for the report of an import."""
+        for made in self.variables:
+            yield ast.Remark("added", f"{pou}.{made.name}", f"an instance of `{made.type.name}`", made.span)
+        for key, type_ in self.retyped.items():
+            declared = self.local[key]
+            yield ast.Remark("mapped", f"{pou}.{declared.name}", f"an instance of `{type_}`", declared.span)
+
+
+def added(pou: ast.Pou) -> ast.Remark:
+    """That a function block was added, for the report of an import."""
+    return ast.Remark("added", pou.name, "a function block that is called with EN", pou.name_span)
+
 
 def pins_of(sections: tuple[ast.VarBlock, ...]) -> Pins:
     """The pins in an interface."""

@@ -26,7 +26,7 @@ from ldc.parser.plcopen import (
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.conversions import written_out
 from ldc.parser.plcopen.document import Document, Node
-from ldc.parser.plcopen.guarded import Additions, pins_of, retype
+from ldc.parser.plcopen.guarded import Additions, added, pins_of, retype
 from ldc.parser.plcopen.lists import Lists, are_named
 from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
@@ -67,7 +67,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
                         for block in holder.var_blocks)]
     numbers = kinds.declared(v for block in shared for v in block.variables)
-    types, pous = tuple(t for t in types if t), _pous(root, numbers, diagnostics)
+    types, pous = tuple(t for t in types if t), _pous(root, numbers, reading)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     remarks = reading.remarks
@@ -148,10 +148,11 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
 
 
 def _pous(
-    root: Node, shared: dict[str, Elementary], diagnostics: Diagnostics
+    root: Node, shared: dict[str, Elementary], reading: Reading
 ) -> tuple[ast.Pou, ...]:
     """All POUs, and behind them the function blocks that their drawings need. ``shared``: types of global
     variables that are numbers."""
+    diagnostics = reading.diagnostics
     nodes = [root] if root.tag == "pou" else root.descendants("pou", *_NOT_OURS)
     heads = [h for node in nodes if node.tag == "pou" and (h := _head(node, diagnostics)) is not None]
     interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
@@ -165,6 +166,7 @@ def _pous(
         seen = seen if kinds.may_mix(seen.values()) else {}
         more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen)
         body = _body(head.node, head.name, more, diagnostics)
+        reading.remarks += more.remarks(head.name)
         if isinstance(body, StatementBody | SfcBody):
             body = invocations.standard(body, local, interfaces)
             if seen:
@@ -175,6 +177,7 @@ def _pous(
         title = texts.prose(head.node.find("documentation")) or None
         pous.append(ast.Pou(head.kind, head.name, title, head.result, sections, body, head.node.whole,
                             head.node.attribute("name")))
+    reading.remarks += map(added, made.values())
     return (*pous, *made.values())
 
 
