@@ -17,6 +17,7 @@ from ldc.cli.inputs import read
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import NAME, Sources
 from ldc.parser import format_of
+from ldc.parser.formats import named
 from ldc.render import plural
 
 
@@ -26,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     _must_be_free(folder, options.folder)
     sources = read(options.files)
     for source in sources.files:
-        if format_of(source) is None:
+        if format_of(source) is None and not named(source):
             raise UsageError(f"`{source.path}` is text of this language: it needs no import")
     compiled = _compile(sources)
     wrong, files = compiled.diagnostics.has_errors, compiled.project.files

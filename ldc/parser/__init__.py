@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast, reader
+from ldc.parser import ast, formats, reader
 from ldc.parser.formats import format_of
 from ldc.parser.reader import parse_expression, parse_type
 from ldc.source import SourceFile
@@ -15,4 +15,8 @@ def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     """What a source says; what cannot be read is left out and told (codes LD01xx). Formats of other
     tools are known by their content, text languages by the ending of the path."""
     foreign = format_of(source)
-    return foreign.read(source, diagnostics) if foreign else reader.parse_file(source, diagnostics)
+    if foreign is not None:
+        return foreign.read(source, diagnostics)
+    if promised := formats.named(source):
+        return formats.not_as_named(source, promised, diagnostics)
+    return reader.parse_file(source, diagnostics)

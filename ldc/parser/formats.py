@@ -39,6 +39,26 @@ FORMATS: tuple[Format, ...] = (
 SUFFIXES = tuple(dict.fromkeys(suffix for format in FORMATS for suffix in format.suffixes))
 
 
+_TEXTS = (".ld", ".il")
+"""Endings that text of this project has too."""
+
+
 def format_of(source: SourceFile) -> Format | None:
     """The foreign format of a source, None for the text languages of this project."""
     return next((format for format in FORMATS if format.recognises(source)), None)
+
+
+def named(source: SourceFile) -> tuple[Format, ...]:
+    """The formats that the ending of a path promises; none for endings of text."""
+    ending = next((s for s in SUFFIXES if source.path.lower().endswith(s)), None)
+    return tuple(f for f in FORMATS if ending in f.suffixes) if ending not in _TEXTS else ()
+
+
+def not_as_named(source: SourceFile, promised: tuple[Format, ...], diagnostics: Diagnostics) -> ast.File:
+    """A file that begins otherwise than files of its name do (LD0609): nothing of it is read."""
+    names = " or ".join(f.name for f in promised)
+    at = len(source.text) - len(source.text.lstrip())
+    diagnostics.error("LD0609", f"this is no file of {names}", Span(source, at, min(at + 1, len(source.text))),
+                      "not how such a file begins",
+                      help=f"save it again in {names}, or give it the ending of what it is")
+    return ast.File(source, (), (), (), (), (), True)
