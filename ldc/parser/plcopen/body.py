@@ -83,7 +83,8 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         element = work.pop()
         if element.id in gone:
             continue
-        unfed = element.kind not in _UNFED and not element.inputs[0].sources and element.inputs[0].text is None
+        first = element.inputs[0] if element.kind not in _UNFED else None
+        unfed = first is not None and not first.sources and first.text is None
         unused = element.kind == "contact" and not users[element.id]
         if not unfed and not unused:
             continue

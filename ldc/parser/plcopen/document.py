@@ -34,8 +34,9 @@ _WIRE, _EMPTY, _OPEN, _LEAF, _END = 3, 4, 5, 6, 7
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_USUAL = re.compile(r'''\s([^\s=<>"/]+)="([^"]*)"''')
+"""An attribute as nearly all are written: without apostrophes, references and line ends."""
 _BLANK = re.compile(r"\r\n|[\t\n\r]")
-_WRITTEN_OTHERWISE = re.compile(r"[&\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
 _ENDS_EARLY = "it ends before its elements are closed"
 
@@ -67,9 +68,10 @@ class Node:
         found = self._attributes
         if found is None:
             head = self.document.source.text[self.start : self.inside]
-            found = {name: one or other for name, one, other in _ATTRIBUTE.findall(head)}
-            if _WRITTEN_OTHERWISE.search(head):
-                found = {name: unescape(_BLANK.sub(" ", value)) for name, value in found.items()}
+            found = dict(_USUAL.findall(head))
+            if 2 * len(found) != head.count('"') or "'" in head or "&" in head or not head.isprintable():
+                found = {name: unescape(_BLANK.sub(" ", one or other))
+                         for name, one, other in _ATTRIBUTE.findall(head)}
             self._attributes = found
         return found
 
@@ -146,19 +148,19 @@ class Node:
         inner = self
         while len(inner.children) == 1 and inner.tag not in _TEXTUAL:
             inner = inner.children[0]
-        return _trimmed(self.document.readable(inner.inside, inner.stop))
+        span = self.document.readable(inner.inside, inner.stop)
+        text = span.text
+        words = text.strip()
+        if len(words) == len(text):
+            return span
+        start = span.start + len(text) - len(text.lstrip())
+        return Span(span.source, min(start, span.end), max(start, span.start + len(text.rstrip())))
 
     @property
     def body(self) -> Span:
         """All that is between the tags, as text, without comments inside of comments."""
         nested = nests(self.document.source.text, self.inside, self.stop)
         return self.document.readable(self.inside, self.stop, nested)
-
-
-def _trimmed(span: Span) -> Span:
-    text = span.text
-    start = span.start + len(text) - len(text.lstrip())
-    return Span(span.source, min(start, span.end), max(start, span.start + len(text.rstrip())))
 
 
 class Document:
@@ -204,8 +206,8 @@ class Document:
             inside = node.inside
             if "&" in (head := self.source.text[node.start : inside]):
                 for match in _ATTRIBUTE.finditer(head):
-                    value = match.lastindex
-                    yield node.start + match.start(value), node.start + match.end(value), unescape(match[value])
+                    (begin, end), value = match.span(match.lastindex), match[match.lastindex]
+                    yield node.start + begin, node.start + end, unescape(value)
             if not node.children or node.tag in _TEXTUAL:
                 raw = self.source.text[inside : node.stop]
                 nested = nests(self.source.text, inside, node.stop)
@@ -273,10 +275,10 @@ class Document:
         except expat.ExpatError as error:
             before = data[: max(0, parser.ErrorByteIndex)].decode("utf-8", "ignore")
             at = min(skip + len(before), len(text))
-            _, stack, _ = self._tree(at)
-            findings.not_well_formed(diagnostics, Span(self.source, at, at + 1),
-                                     _ENDS_EARLY if at >= len(text.rstrip()) else
-                                     expat.ErrorString(error.code) or "no XML", stack[-1].span if stack else None)
+            _, opened, _ = self._tree(at)
+            what = _ENDS_EARLY if at >= len(text.rstrip()) else expat.ErrorString(error.code) or "no XML"
+            findings.not_well_formed(diagnostics, Span(self.source, at, at + 1), what,
+                                     opened[-1].span if opened else None)
         else:
             return True
         return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings
@@ -21,7 +22,8 @@ ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVaria
             "connector", "continuation", "leftPowerRail")
 VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 """What gives a value and does nothing by itself."""
-_IGNORED = ("rightPowerRail", "comment", "label", "vendorElement", "documentation", "addData")
+_BOXES = ("inVariable", "outVariable")
+_IGNORED = ("rightPowerRail", "documentation", "addData")
 
 _POSITION = re.compile(r"<(?:[\w.-]+:)?position\s([^>]*)>")
 _COORDINATE = re.compile(r"""\b([xy])\s*=\s*["'](-?\d+(?:\.\d+)?)""")
@@ -95,15 +97,15 @@ class Drawing:
         self.placeholders: set[str] = set()
         self._first = _first_number(body)
         for index, node in enumerate(body.children):
-            if node.tag in ("comment", "vendorElement"):
+            if node.tag in ELEMENTS or node.tag in goals:
+                if node.tag in _BOXES and not _written(node):
+                    self.placeholders.add(node.get("localId").strip())
+                else:
+                    self._element(node, index)
+            elif node.tag in ("comment", "vendorElement"):
                 self.notes.append(node)
             elif node.tag == "label":
                 self.labels.append(node)
-            if node.tag in ("inVariable", "outVariable") and not _written(node):
-                self.placeholders.add(node.get("localId").strip())
-                continue
-            if node.tag in ELEMENTS or node.tag in goals:
-                self._element(node, index)
             elif node.tag not in _IGNORED:
                 self.broken = True
                 message = f"{where}: <{node.tag[:40]}> is no element of LD or FBD"
@@ -120,10 +122,9 @@ class Drawing:
             findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
             self.broken = True
             return
-        number = node.number("executionOrderId")
         element = Element(id_, node, ())
-        numbered = number >= self._first and node.get("executionOrderId")
-        element.order = (0, number, index) if numbered else (1, *element.position, index)
+        number = node.number("executionOrderId", -1)
+        element.order = (0, number, index) if number >= self._first else (1, *element.position, index)
         if node.tag == "block":
             drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
                      for pin in pins.all("variable")]
@@ -154,13 +155,12 @@ class Drawing:
     def _connect(self) -> None:
         named = {e.node.get("name").strip().upper(): e for e in self.elements.values()
                  if e.kind == "connector"}
-        known = {node.get("localId").strip() for node in self.body.children}
         for element in self.elements.values():
             for pin in element.inputs:
-                pin.sources = frozenset(self._sources(element, pin, known))
+                pin.sources = frozenset(self._sources(element, pin))
         self._follow(named)
 
-    def _sources(self, element: Element, pin: Input, known: set[str]) -> Iterator[Output]:
+    def _sources(self, element: Element, pin: Input) -> Iterator[Output]:
         point = pin.node.find("connectionPointIn")
         for wire in point.all("connection") if point is not None else ():
             id_ = wire.get("refLocalId").strip()
@@ -168,7 +168,7 @@ class Drawing:
             if source is None and id_ in self.placeholders:
                 continue
             if source is None:
-                if id_ not in known:
+                if id_ not in self._ids:
                     self.broken = True
                     where = f"{self.where}: {element.describe()}"
                     findings.no_such_element(self.diagnostics, wire.span, where, f"the element {id_[:20]}")
@@ -181,6 +181,11 @@ class Drawing:
                 yield id_, output_of(source, wire.get("formalParameter").strip())
             else:
                 yield id_, ""
+
+    @cached_property
+    def _ids(self) -> set[str]:
+        """The localId of everything that is drawn."""
+        return {node.get("localId").strip() for node in self.body.children}
 
     def _always(self, block: Element, output: str) -> bool:
         """Whether this is ENO of a function block that is called in any case."""

@@ -71,4 +71,4 @@ class Lists:
 
 def are_named(source: SourceFile) -> bool:
     """Whether a list of global variables has a name; cheap."""
-    return _NAMED.search(source.text) is not None
+    return "globalVars" in source.text and _NAMED.search(source.text) is not None

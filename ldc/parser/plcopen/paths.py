@@ -137,21 +137,19 @@ class _Network:
         """What can be joined with an edge: what is beside it, and what is before and behind it."""
         if len(self.beside.get((edge.head, edge.tail), ())) > 1:
             self.added.append(edge)
-        self.nets.append(edge.head)
-        if edge.tail is not None:
-            self.nets.append(edge.tail)
+        self.nets += [net for net in (edge.head, edge.tail) if net]  # nothing is joined at a rail
 
     def _take(self, *edges: _Edge) -> None:
         for edge in edges:
             self.inner[edge.tail].discard(edge)
             self.outer[edge.head].discard(edge)
-            at = self._at(edge)
-            if at is not None:
-                del self.beside[edge.head, edge.tail][at]
+            group = self.beside.get((edge.head, edge.tail))
+            if group is not None and (at := self._at(edge, group)) is not None:
+                del group[at]
 
-    def _at(self, edge: _Edge) -> int | None:
+    @staticmethod
+    def _at(edge: _Edge, group: Sequence[_Edge]) -> int | None:
         """Where an edge stands among those beside it; None when it stands nowhere (any more)."""
-        group = self.beside.get((edge.head, edge.tail), ())
         if len(group) < 2:
             return 0 if group and group[0] is edge else None
         at = bisect_left(group, edge.place, key=lambda e: e.place)
@@ -183,10 +181,11 @@ class _Network:
 
     def _net(self, net: str) -> None:
         """Join what meets at a net, if nothing else does."""
-        inner, outer = self.inner.get(net, ()), self.outer.get(net, ())
-        if net == RAIL_NET or len(inner) != 1:
+        inner = self.inner.get(net, ())
+        if len(inner) != 1:
             return
         before, = inner
+        outer = self.outer.get(net, ())
         if len(outer) == 1 and not self.pins[net]:
             after, = outer
             if before is not after and self._fits(before, after):
@@ -207,7 +206,7 @@ class _Network:
     def _parallel(self, edge: _Edge) -> None:
         """Join an edge with one of those beside it."""
         group = self.beside.get((edge.head, edge.tail), ())
-        at = self._at(edge) if len(group) > 1 else None
+        at = self._at(edge, group) if len(group) > 1 else None
         if at is None:
             return
         for a, b in zip(group[max(0, at - 1) : at + 1], group[max(1, at) : at + 2]):

@@ -8,6 +8,7 @@ makes that impossible the drawing order stays, and the schedule opens the loop (
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from heapq import heapify, heappop, heappush
 from operator import attrgetter
 
@@ -20,6 +21,7 @@ from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
+_OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
 _TAKE_VALUES = ("block", "outVariable", "inOutVariable")
 _NO_WIRE = "_"
@@ -150,7 +152,7 @@ class RungWriter:
         expr = self.expression(text.content if text is not None else None, element)
         modifier = _MODIFIERS.get(node.get("edge"), "")
         if node.flag("negated"):
-            modifier = {"": "/", "P": "N", "N": "P"}[modifier]
+            modifier = _OPPOSITE[modifier]
             if modifier == "/" and not isinstance(expr, (ast.Name, ast.Member, ast.Index, ast.Direct)):
                 modifier, expr = "", texts.negated(expr)
         item = ast.Contact(modifier, expr, span)
@@ -258,18 +260,16 @@ class RungWriter:
     # ---- order
 
     def _ordered(self) -> tuple[list[Step], bool]:
-        """The steps, each behind what feeds it, and True; in drawing order, and False, when a loop forbids."""
+        """The steps, each behind what feeds it, and True; in drawing order, and False, if a loop forbids."""
         steps = sorted(self.steps, key=attrgetter("order"))
-        if _is_ordered(steps):
-            return steps, True
         feeders: dict[str, int] = {}
         for step in steps:
-            for net in {step.tail, *step.writes} - {None}:
+            for net in _fed(step):
                 feeders[net] = feeders.get(net, 0) + 1
         waiting: dict[str, list[int]] = {}
         missing = []
         for index, step in enumerate(steps):
-            nets = {net for net in (step.head, *step.reads) if net and feeders.get(net)}
+            nets = {net for net in (step.head, *step.reads) if net in feeders}
             missing.append(len(nets))
             for net in nets:
                 waiting.setdefault(net, []).append(index)
@@ -279,7 +279,7 @@ class RungWriter:
         while ready:
             step = steps[heappop(ready)]
             done.append(step)
-            for net in {step.tail, *step.writes} - {None}:
+            for net in _fed(step):
                 feeders[net] -= 1
                 for index in waiting.get(net, ()) if not feeders[net] else ():
                     missing[index] -= 1
@@ -288,15 +288,11 @@ class RungWriter:
         return (done, True) if len(done) == len(steps) else (steps, False)
 
 
-def _is_ordered(steps: list[Step]) -> bool:
-    """Whether everything is fed before it is read (steps that are read and fed by themselves are not)."""
-    read: set[str | None] = set()
-    for step in steps:
-        read.add(step.head)
-        read.update(step.reads)
-        if step.tail is not None and step.tail in read or step.writes and not read.isdisjoint(step.writes):
-            return False
-    return True
+def _fed(step: Step) -> Collection[str]:
+    """The nets that a step feeds."""
+    if step.writes:
+        return {net for net in (step.tail, *step.writes) if net is not None}
+    return () if step.tail is None else (step.tail,)
 
 
 _WRITERS = {kind: getattr(RungWriter, f"_{kind}") for kind in (
