@@ -414,3 +414,13 @@ def test_an_address_in_a_comment_is_none_of_the_program() -> None:
 def test_a_body_in_another_language_is_told_once() -> None:
     text = "/* blink */\nint led = 13;\nvoid setup() {\n  pinMode(led, 1);\n}\nvoid loop() { led = 1; }\n"
     assert findings(statements(text)) == ["LD0151 PLCopen XML: a body in C or C++ is not supported"]
+
+
+def test_conversions_between_bit_strings_and_real_numbers() -> None:
+    xml = statements("x := WORD_TO_REAL(u) / 2.0; v := REAL_TO_WORD(x); m := real_to_byte(3.6);", MIXED)
+    assert run(xml, [{"u": 40000}], "x v m") == ["20000 20000 4"]
+    xml = ladder(MIXED, rail(), contact(2, "a"), value(3, "u"),
+                 block(4, "WORD_TO_REAL", {"EN": 2, "IN": 3}, ("ENO", "OUT")), result(5, "x", "4.OUT"),
+                 value(6, "x"), block(7, "REAL_TO_WORD", {"IN": 6}, ("OUT",), at=(40, 90)),
+                 result(8, "v", "7.OUT", at=(80, 90)))
+    assert run(xml, [{"u": 40000}, {"a": 1}], "x v") == ["0 0", "40000 40000"]

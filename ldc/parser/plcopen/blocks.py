@@ -42,7 +42,7 @@ class Pins:
         self.head = self.tail = None
         self.result: Elementary | None = None
         self.bits = 0
-        self.mixed = False
+        self.mixed = self.detoured = False
 
     def write(self) -> None:
         writer, span = self.writer, self.node.span
@@ -61,6 +61,7 @@ class Pins:
             self._input(pin)
         if self.is_function:
             self._open_inputs()
+            self._detour()
             self._mixed()
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
@@ -152,6 +153,23 @@ class Pins:
         type_ = next((p.type for p in pins if p.name == key), None)
         return type_ if isinstance(type_, Elementary) and type_.name in kinds.NUMBERS else None
 
+    def _detour(self) -> None:
+        """A conversion between a bit string and a REAL is two: the first at the pin, or the second at the
+        variable that takes the result."""
+        both = kinds.detour(self.type)
+        if both is None:
+            return
+        self.detoured = True
+        first, second = both
+        if first.startswith(("REAL_", "LREAL_")):
+            self.type = first
+            return
+        self.type, named = second, [pin for pin in self.pins if (pin.name or "").upper() != "EN"]
+        for pin in named:
+            if not isinstance(pin.value, ast.Branches | ast.Junction):
+                given = ast.Argument(None, pin.value, False, pin.span)
+                self.pins[self.pins.index(pin)] = replace(pin, value=ast.Call(first, (given,), pin.span))
+
     def _mixed(self) -> None:
         """The operands of an operator, when bit strings are among numbers. Keeps what it gives (``result``),
         from operands of how many ``bits``, and whether some were converted (``mixed``)."""
@@ -188,7 +206,7 @@ class Pins:
             return "MOVE"
         if not kinds.needed(kinds.Kind(source, self.bits or source.bits), target.type):
             return "MOVE"
-        if not self.mixed:
+        if not self.mixed and not self.detoured:
             findings.converted(self.writer.diagnostics, place.span, source.name, target.type.name)
         return f"{source.name}_TO_{target.type.name}"
 

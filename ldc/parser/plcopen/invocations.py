@@ -1,11 +1,13 @@
 """Calls of function blocks in statements, with the names of pins that the standard has.
 
-Some editors call the pins of standard blocks otherwise (`RESET` of a counter); some let outputs follow the
-inputs in a call without names: `t(start, T#1s, done, elapsed)`.
+Conversions between bit strings and REAL, which the standard does not have, are two. Some editors call the pins
+of standard blocks otherwise (`RESET` of a counter); some let outputs follow the inputs in a call without names:
+`t(start, T#1s, done, elapsed)`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -18,16 +20,22 @@ from ldc.parser.plcopen.pins import standard_names
 from ldc.parser.plcopen.rewrite import rewritten
 from ldc.types import Elementary
 
+_BITS_AND_REALS = re.compile(r"(BYTE|WORD)_TO_L?REAL|REAL_TO_(BYTE|D?WORD|LWORD)", re.IGNORECASE)
 _OTHERWISE = frozenset(("CTU", "CTD", "CTUD", "SR", "RS"))
 
 
-def standard(body: object, variables: Mapping[str, ast.VarDecl], interfaces: Mapping[str, Pins]) -> object:
-    """A body with its calls. ``variables``: of the POU, by name in capitals; ``interfaces``: of the function
-    blocks of the file."""
+def standard(
+    body: object, text: str, variables: Mapping[str, ast.VarDecl], interfaces: Mapping[str, Pins]
+) -> object:
+    """A body with its calls. ``text``: what it is written in; ``variables``: of the POU, by name in capitals;
+    ``interfaces``: of the function blocks of the file."""
     types = {name: v.type.name.upper() for name, v in variables.items() if isinstance(v.type, ast.NamedType)}
     called = {name: type_ for name, type_ in types.items() if type_ in interfaces or blocks.signature(type_)}
 
     def change(node: object) -> object:
+        if isinstance(node, ast.Call) and (both := kinds.detour(node.name)) is not None:
+            inner = replace(node, name=both[0])
+            return replace(node, name=both[1], arguments=(ast.Argument(None, inner, False, node.span),))
         if not isinstance(node, st.Invoke) or not isinstance(node.callee, ast.Name) or not node.arguments:
             return node
         type_ = called.get(node.callee.name.upper())
@@ -38,7 +46,7 @@ def standard(body: object, variables: Mapping[str, ast.VarDecl], interfaces: Map
         own = type_ in interfaces or type_ not in _OTHERWISE
         return node if own else replace(node, arguments=_renamed(node.arguments, type_))
 
-    return rewritten(body, change) if called else body
+    return rewritten(body, change) if called or _BITS_AND_REALS.search(text) else body
 
 
 def numbers(

@@ -168,7 +168,7 @@ def _pous(
         body = _body(head.node, head.name, more, diagnostics)
         reading.remarks += more.remarks(head.name)
         if isinstance(body, StatementBody | SfcBody):
-            body = invocations.standard(body, local, interfaces)
+            body = invocations.standard(body, head.node.whole.text, local, interfaces)
             if seen:
                 body = written_out(body, seen, invocations.numbers(local, interfaces), diagnostics)
         sections = retype(head.sections, more.retyped)
