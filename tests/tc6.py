@@ -34,6 +34,18 @@ RULES: dict[str, tuple[str, str]] = {
     "rightPowerRail": (f"position! connectionPointIn* {_MORE}", "localId"),
     "jump": (f"{_IN} {_MORE}", "localId label"), "return": (f"{_IN} {_MORE}", "localId"),
     "label": (f"position! {_MORE}", "localId label"),
+    "step": (f"{_IN} connectionPointOut connectionPointOutAction {_MORE}", "localId name"),
+    "transition": (f"{_IN} connectionPointOut condition {_MORE}", "localId"),
+    "condition": ("reference connectionPointIn inline", ""), "reference": ("", "name"),
+    "inline": (f"IL ST FBD LD SFC {_MORE}", "name"),
+    "jumpStep": (f"{_IN} {_MORE}", "localId targetName"),
+    "selectionDivergence": (f"{_IN} connectionPointOut* {_MORE}", "localId"),
+    "simultaneousDivergence": (f"{_IN} connectionPointOut* {_MORE}", "localId"),
+    "selectionConvergence": (f"position! connectionPointIn* connectionPointOut {_MORE}", "localId"),
+    "simultaneousConvergence": (f"position! connectionPointIn* connectionPointOut {_MORE}", "localId"),
+    "actionBlock": (f"{_IN} action* {_MORE}", "localId"),
+    "connectionPointOutAction": ("relPosition expression addData", "formalParameter"),
+    "actions": ("action*", ""), "transitions": ("transition*", ""),
     "comment": (f"position! content! {_MORE}", "localId width height"),
     "connectionPointIn": ("relPosition connection* expression addData", ""),
     "connectionPointOut": ("relPosition expression addData", ""),
@@ -49,6 +61,12 @@ RULES: dict[str, tuple[str, str]] = {
 } | {tag: (f"variable* {_MORE}", "") for tag in _VARIABLES}
 
 
+OF_POU = {"action": "named", "transition": "named"}
+"""Actions and transitions of a POU are called like those of a chart and hold something else."""
+RULES["named"] = (f"body! {_MORE}", "name")
+RULES["action"] = (f"relPosition! reference inline connectionPointOut {_MORE}", "localId")
+
+
 def broken_rules(xml: str) -> list[str]:
     """Where a file breaks the rules; empty when it does not."""
     found: list[str] = []
@@ -56,6 +74,8 @@ def broken_rules(xml: str) -> list[str]:
     pins = {id(pin) for block in root.iter(f"{NAMESPACE}block") for group in block for pin in group}
     texts = {id(node.find(f"{NAMESPACE}variable"))
              for tag in ("contact", "coil") for node in root.iter(NAMESPACE + tag)}
+    named = {id(node) for tag in ("actions", "transitions") for holder in root.iter(NAMESPACE + tag)
+             for node in holder}
     work = [root]
     while work:
         node = work.pop()
@@ -68,13 +88,13 @@ def broken_rules(xml: str) -> list[str]:
             if "formalParameter" not in node.attrib:
                 found.append("a pin without a name")
         elif id(node) not in texts and tag in RULES:
-            found += _node(node, tag)
+            found += _node(node, OF_POU.get(tag, tag) if id(node) in named else tag)
         elif tag in ("ST", "IL", "documentation", "content"):
             if [child.tag for child in node] != [f"{XHTML}p"]:
                 found.append(f"<{tag}> holds no paragraph")
             continue
         work += node
-    for body in root.iter(f"{NAMESPACE}LD"):
+    for body in (*root.iter(f"{NAMESPACE}LD"), *root.iter(f"{NAMESPACE}SFC")):
         found += _wires(body) + _places(body)
     return found
 
@@ -114,7 +134,8 @@ def _at(node: ElementTree.Element) -> tuple[float, float]:
 
 def _outputs(node: ElementTree.Element) -> list[tuple[float, float]]:
     x, y = _at(node)
-    points = (point.find(f"{NAMESPACE}relPosition") for point in node.iter(f"{NAMESPACE}connectionPointOut"))
+    points = (point.find(f"{NAMESPACE}relPosition") for tag in ("", "Action")
+              for point in node.iter(f"{NAMESPACE}connectionPointOut{tag}"))
     return [(x + float(rel.get("x")), y + float(rel.get("y"))) for rel in points if rel is not None]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from ldc import pipeline
 from ldc.cli import imported
 from ldc.cli.compiling import compiled
-from ldc.cli.console import OK, Failure
+from ldc.cli.console import OK
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
@@ -16,7 +16,7 @@ from ldc.export import plcopen
 from ldc.manifest import Manifest, Sources
 from ldc.parser import ast, format_of
 from ldc.parser.format import format_file
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 
 _PERIOD = 10_000_000
 """Nanoseconds between two scans when nothing says another time, as for `ldc run`."""
@@ -26,10 +26,10 @@ def run(options: argparse.Namespace) -> int:
     """What compiles is exported, from its canonical text."""
     sources = read(options.sources)
     first = compiled(sources, verify=False)
-    if first.components:
-        names = ", ".join(c.name for c in first.components.values())
-        raise Failure(f"TC6 has no place for components: {names}; other tools would need them as blocks of theirs")
     diagnostics = Diagnostics()
+    _no_components(first, diagnostics)
+    if diagnostics.has_errors:
+        raise Invalid(diagnostics)
     texts = tuple(_texts(first.project.files, diagnostics))
     if diagnostics.has_errors:
         raise Invalid(diagnostics)
@@ -40,11 +40,28 @@ def run(options: argparse.Namespace) -> int:
     graphs = {pou: [(build.rung, build.graph) for build in builds] for pou, builds in again.units.items()}
     manifest = sources.manifest
     xml = plcopen.export(again.project.files, again.model, graphs, manifest.name if manifest else "",
-                         _period(manifest), diagnostics)
-    if diagnostics.has_errors:
-        raise Invalid(diagnostics)
+                         _period(manifest))
     write_result(xml, options.output)
     return OK
+
+
+def _no_components(result: pipeline.Compiled, diagnostics: Diagnostics) -> None:
+    """Report the components of a program, at the first variable of each (one in a structure: at its
+    descriptor)."""
+    places: dict[str, Span] = {}
+    for file in result.project.files:
+        blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
+        for variable in (variable for block in blocks for variable in block.variables):
+            type_ = variable.type
+            while isinstance(type_, ast.ArrayType):
+                type_ = type_.element
+            if isinstance(type_, ast.NamedType):
+                places.setdefault(type_.name.upper(), type_.span)
+    for key, component in result.components.items():
+        span = places.get(key, Span(component.source, 0, 0))
+        diagnostics.error("LD0660", f"`{component.name}` cannot be exported: it is a component", span,
+                          "no POU of the project",
+                          help="TC6 has POUs only: write a function block of this name, or leave out what uses it")
 
 
 def _texts(files: Iterable[ast.File], diagnostics: Diagnostics) -> Iterable[SourceFile]:

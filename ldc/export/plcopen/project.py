@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from xml.etree.ElementTree import Element, indent, tostring
 
 from ldc import __version__
 from ldc.diagnostics import Diagnostics
 from ldc.draw import pins_from
+from ldc.export.plcopen import chart
 from ldc.export.plcopen.declarations import Notes, section, type_, type_decl
 from ldc.export.plcopen.instances import configuration
-from ldc.export.plcopen.ladder import Body, Drawn
-from ldc.export.plcopen.tags import NAMESPACE, XHTML, add, code, formatted, own_data, prose
+from ldc.export.plcopen.ladder import Body
+from ldc.export.plcopen.tags import NAMESPACE, XHTML, add, code, formatted, own_data, prose, without_margin
 from ldc.graph.rung import RungGraph
 from ldc.model.project import Model
 from ldc.parser import ast
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.kept import fingerprint
+from ldc.parser.sfc import Action, SfcBody, Transition
+from ldc.parser.sfc import Body as ChartPart
 from ldc.parser.statements import StatementBody
 from ldc.parser.unparse import rung_text
 from ldc.source import SourceFile
 
 _KINDS = {"PROGRAM": "program", "FUNCTION_BLOCK": "functionBlock", "FUNCTION": "function"}
 _NO_DATE = "1970-01-01T00:00:00"
+_Graphs = Mapping[int, RungGraph]
+"""The graph of each rung, by ``id`` of the rung."""
 Graphs = Mapping[str, Sequence[tuple[ast.Rung, RungGraph]]]
 """The rungs of each POU in order, by its name."""
 
 
-def export(files: Sequence[ast.File], model: Model, graphs: Graphs, name: str, period: int,
-           diagnostics: Diagnostics) -> str:
-    """The XML of a project that was compiled without errors. ``period``: nanoseconds between two scans. What
-    TC6 cannot hold is reported (LD0660)."""
+def export(files: Sequence[ast.File], model: Model, graphs: Graphs, name: str, period: int) -> str:
+    """The XML of a project that was compiled without errors. ``period``: nanoseconds between two scans."""
     root = Element("project", {"xmlns": NAMESPACE, "xmlns:xhtml": XHTML})
     add(root, "fileHeader", companyName="", productName="ldc", productVersion=__version__,
         creationDateTime=_NO_DATE)
@@ -40,15 +43,14 @@ def export(files: Sequence[ast.File], model: Model, graphs: Graphs, name: str, p
         add(add(coordinates, language), "scaling", x="8", y="8")
     types = add(root, "types")
     data_types, pous = add(types, "dataTypes"), add(types, "pous")
-    drawn: list[tuple[Element, list[Drawn]]] = []
+    drawn: list[Body] = []
+    own = {id(rung): graph for built in graphs.values() for rung, graph in built}
     notes = {key: note for file in files for key, note in _notes(file).items()}
     for file in files:
         for declared in file.types:
             type_decl(data_types, declared, notes)
         for pou in file.pous:
-            body = _pou(pous, pou, graphs.get(pou.name, ()), notes, pins_from(model.signatures), diagnostics)
-            if body is not None:
-                drawn.append((body.body, body.drawn))
+            drawn += _pou(pous, pou, own, notes, pins_from(model.signatures))
     instances = add(add(root, "instances"), "configurations")
     configuration(instances, files, model, period, notes)
     if model.safe:
@@ -63,40 +65,45 @@ def _text(root: Element) -> str:
     return f'<?xml version="1.0" encoding="utf-8"?>\n{tostring(root, encoding="unicode")}\n'
 
 
-def _pou(parent: Element, pou: ast.Pou, rungs: Sequence[tuple[ast.Rung, RungGraph]], notes: Notes,
-         pins_of: Callable, diagnostics: Diagnostics) -> Body | None:
+def _pou(parent: Element, pou: ast.Pou, graphs: _Graphs, notes: Notes, pins_of: Callable) -> list[Body]:
+    """A POU with its body; the ladders in it, in the order in which they stand there."""
     made = add(parent, "pou", name=pou.name, pouType=_KINDS[pou.kind])
-    interface, body = add(made, "interface"), None
+    interface, ladders = add(made, "interface"), []
     if pou.result is not None:
         type_(add(interface, "returnType"), pou.result, notes)
     for block in pou.var_blocks:
         section(interface, block, notes)
-    if isinstance(pou.body, ast.LadderBody):
-        body = Body(made, pins_of)
-        for rung, graph in rungs:
-            body.rung(rung, graph)
-    elif isinstance(pou.body, StatementBody | ast.TextBody):
-        language = "ST" if isinstance(pou.body, StatementBody) else "IL"
-        formatted(add(made, "body"), language, code(_block(pou.body.span.text)))
+    if isinstance(pou.body, SfcBody):
+        for one in _named(made, "action", pou.body.actions):
+            ladders += _body(one[0], one[1].body, graphs, pins_of)
+        conditions = [way for way in pou.body.transitions if isinstance(way.condition, ChartPart)]
+        for one in _named(made, "transition", conditions):
+            ladders += _body(one[0], one[1].condition, graphs, pins_of)
+        chart.draw(made, pou.body)
     else:
-        diagnostics.error(
-            "LD0660", f"`{pou.name}` cannot be exported: its body is a sequential function chart",
-            pou.name_span, "a chart",
-            help="write the sequence as a ladder or in Structured Text, or leave it out")
+        ladders += _body(made, pou.body, graphs, pins_of)
     if pou.title:
         formatted(made, "documentation", prose(pou.title))
-    return body
+    return ladders
 
 
-def _block(text: str) -> str:
-    """The lines of a body without the space that all of them have on their left."""
-    lines = [line.rstrip() for line in text.split("\n")]
-    while lines and not lines[0].strip():
-        lines.pop(0)
-    while lines and not lines[-1].strip():
-        lines.pop()
-    margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
-    return "\n" + "".join(f"{line[margin:]}\n" for line in lines)
+def _named(parent: Element, tag: str, parts: Sequence[Action] | Sequence[Transition]
+           ) -> Iterator[tuple[Element, Action | Transition]]:
+    """An element for each action or transition of a chart with a body."""
+    holder = add(parent, f"{tag}s") if parts else parent
+    for part in parts:
+        yield add(holder, tag, name=part.name), part
+
+
+def _body(parent: Element, body: ChartPart, graphs: _Graphs, pins_of: Callable) -> list[Body]:
+    if isinstance(body, ast.LadderBody):
+        ladder = Body(parent, pins_of)
+        for rung in body.rungs:
+            ladder.rung(rung, graphs[id(rung)])
+        return [ladder]
+    language = "ST" if isinstance(body, StatementBody) else "IL"
+    formatted(add(parent, "body"), language, code(without_margin(body.span.text)))
+    return []
 
 
 def _notes(file: ast.File) -> dict[tuple[str, int], str]:
@@ -117,15 +124,15 @@ def _notes(file: ast.File) -> dict[tuple[str, int], str]:
     return found
 
 
-def _keep_rungs(root: Element, drawn: list[tuple[Element, list[Drawn]]]) -> None:
+def _keep_rungs(root: Element, drawn: Sequence[Body]) -> None:
     """Put the text of each rung beside the drawing, with a digest of the elements as they will be read."""
     indent(root)
     read = Document(SourceFile("export.xml", _text(root)), Diagnostics()).root
     bodies = [node for node in read.descendants("body") if node.find("LD") is not None]
-    for (body, rungs), node in zip(drawn, bodies, strict=True):
+    for ladder, node in zip(drawn, bodies, strict=True):
         elements = {child.get("localId"): child for child in node.find("LD").children}
-        kept = own_data(body, "rungs")
-        for one in rungs:
+        kept = own_data(ladder.body, "rungs")
+        for one in ladder.drawn:
             ids = [str(id_) for id_ in one.ids]
             add(kept, "rung", code(f"{rung_text(one.rung)}\n"), elements=" ".join(ids),
                 digest=fingerprint([elements[id_] for id_ in ids]))

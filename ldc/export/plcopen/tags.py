@@ -37,6 +37,17 @@ def code(text: str) -> str:
     return prose(_STRING.sub(coded, text)) if _NO_XML.search(text) else text
 
 
+def without_margin(text: str) -> str:
+    """The lines of a body without the space that all of them have on their left."""
+    lines = [line.rstrip() for line in text.split("\n")]
+    while lines and not lines[0].strip():
+        lines.pop(0)
+    while lines and not lines[-1].strip():
+        lines.pop()
+    margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+    return "\n" + "".join(f"{line[margin:]}\n" for line in lines)
+
+
 def formatted(parent: Element, tag: str, text: str) -> Element:
     """Text in the one form that TC6 has for it: a paragraph."""
     made = add(parent, tag)

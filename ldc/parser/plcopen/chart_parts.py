@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import replace
+from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
 from ldc.parser import statements as st
+from ldc.parser.lexer import lex
 from ldc.parser.plcopen import findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.structured import statements
@@ -24,11 +26,11 @@ _LANGUAGES = ("ST", "IL", *_GRAPHICAL)
 
 
 class Parts:
-    """``drawn(node, name)`` reads a body in LD or FBD. ``inline``: actions without a name of their own, which
+    """``drawn(node, name, holder)`` reads a body in LD or FBD. ``inline``: actions without a name of their own, which
     are known when the steps were read."""
 
     def __init__(self, pou: Node, body: Node, steps: Mapping[str, Node], where: str,
-                 drawn: Callable[[Node, str], ast.LadderBody], diagnostics: Diagnostics) -> None:
+                 drawn: Callable[[Node, str, Node], ast.LadderBody], diagnostics: Diagnostics) -> None:
         self.pou, self.body, self.where, self.drawn, self.diagnostics = pou, body, where, drawn, diagnostics
         self._steps = steps
         self.inline: list[sfc.Action] = []
@@ -68,7 +70,7 @@ class Parts:
             if node.tag == "IL":
                 return ast.TextBody("IL", node.body)
             if node.tag in _GRAPHICAL:
-                return self.drawn(node, name)
+                return self.drawn(node, name, holder)
             if node.tag == "SFC":
                 self._unsupported(node.span, f"{name} is a chart inside of a chart", "an SFC",
                                   "make it a function block, and call that")
@@ -208,7 +210,7 @@ class Parts:
             if holder is None:
                 found = texts.expression(reference.attribute("name"), self.diagnostics)
                 return _maybe_not(found, condition), None
-        text = _one_expression(holder)
+        text = _one_expression(holder, self._taken)
         if text is not None:
             found = parse_expression(text.source, text.start, text.end, self.diagnostics)
             return _maybe_not(found, condition), None
@@ -229,20 +231,25 @@ class Parts:
         return body, name
 
 
-def _one_expression(holder: Node) -> Span | None:
-    """A body in Structured Text that is one expression, without the ``:=`` and ``;`` around it."""
+def _one_expression(holder: Node, instances: Container[str]) -> Span | None:
+    """A body in Structured Text that is one expression, without the ``:=`` and ``;`` around it. A call of one of
+    the ``instances`` (in capitals) is a statement."""
     node = holder.find("ST")
     if node is None:
         return None
-    span = node.body
-    text = span.text
-    start = len(text) - len(text.lstrip())
-    start += 2 * text.startswith(":=", start)
-    end = len(text.rstrip())
-    end -= text.endswith(";", 0, end)
-    if start >= end or ":=" in text[start:end] or ";" in text[start:end]:
+    tokens = lex(node.body.source, node.body.start, node.body.end, statements=True)
+    types = tokens.types
+    first = int(types[:1] == [":="])
+    end = len(types) - (types[-1:] == [";"])
+    if first >= end or types[first] == "RETURN" or ";" in types[first:end]:
         return None
-    return Span(span.source, span.start + start, span.start + end)
+    depths = accumulate((kind == "(") - (kind == ")") for kind in types[first:end])
+    if any(kind == ":=" and not depth for kind, depth in zip(types[first:end], depths)):
+        return None
+    called = types[first : first + 2] == ["NAME", "("] and types[end - 1] == ")"
+    if called and not first and tokens.text(first).upper() in instances:
+        return None
+    return tokens.span(first, end - 1)
 
 
 def _maybe_not(expr: ast.Expr | None, condition: Node) -> ast.Expr | None:

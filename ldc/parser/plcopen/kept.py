@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast
+from ldc.parser import ast, sfc
 from ldc.parser.findings import TooMany
 from ldc.parser.lexer import lex
 from ldc.parser.plcopen.document import Node
@@ -71,6 +72,32 @@ def safe_values(root: Node) -> tuple[tuple[str, bool | int | float | str], ...]:
         if kind is not None and kind[0].match(text):
             values.append((one.get("of"), kind[1](text)))
     return tuple(values)
+
+
+def transitions(holder: Node, found: Sequence[tuple[Node, sfc.Transition]]) -> list[sfc.Transition]:
+    """The transitions of a chart, given in the order in which they are drawn with what draws them: as they
+    were written, when each one still stands in its place and leads from and to the steps that it led to."""
+    plain = [transition for _, transition in found]
+    data = own_data(holder, "transitions")
+    if data is None or [node.get("localId").strip() for node, _ in found] != data.get("drawn").split():
+        return plain
+    drawn = {node.get("localId").strip(): (node, transition) for node, transition in found}
+    written = []
+    for one in data.all("transition"):
+        node, transition = drawn.pop(one.get("id"), (None, None))
+        sources, targets = (one.get(side).upper().split() for side in ("from", "to"))
+        ends = [{step.name.upper(): step for step in steps}
+                for steps in (transition.sources, transition.targets)] if transition is not None else []
+        if node is None or [sorted(end) for end in ends] != [sorted(sources), sorted(targets)]:
+            return plain
+        if node.get("priority").strip() != one.get("written"):
+            return plain
+        name = one.get("name") if _NAME.match(one.get("name")) else None
+        priority = one.number("priority") if one.get("priority") else None
+        made = replace(transition, name=transition.name or name, priority=priority,
+                       sources=tuple(ends[0][key] for key in sources), targets=tuple(ends[1][key] for key in targets))
+        written.append(made)
+    return plain if drawn else written
 
 
 def rungs(holder: Node, drawing: Drawing) -> list[tuple[tuple[int, ...], ast.Rung]]:

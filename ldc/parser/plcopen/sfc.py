@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
 from ldc.parser.plcopen.document import Node
@@ -24,11 +24,12 @@ _NOTES = ("comment", "vendorElement", "documentation", "addData", "label", "righ
 
 
 class ChartReader:
-    """Reads the chart ``body`` of the POU ``pou``. ``where`` names the POU in messages; ``more`` takes what
+    """Reads the chart ``body`` in ``holder`` of the POU ``pou``. ``where`` names the POU in messages; ``more`` takes what
     drawings need beside what is declared; ``unread``: elements that were told to be none."""
 
-    def __init__(self, pou: Node, body: Node, where: str, more: Additions, diagnostics: Diagnostics) -> None:
-        self.body, self.where, self.more, self.diagnostics = body, where, more, diagnostics
+    def __init__(self, pou: Node, holder: Node, body: Node, where: str, more: Additions,
+                 diagnostics: Diagnostics) -> None:
+        self.holder, self.body, self.where, self.more, self.diagnostics = holder, body, where, more, diagnostics
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
         for node in body.children:
@@ -56,17 +57,18 @@ class ChartReader:
         else:
             self.nodes[id_] = node
 
-    def _drawn(self, node: Node, name: str) -> ast.LadderBody:
-        return ladder(node, f"{self.where}.{name}", self.more, self.diagnostics)
+    def _drawn(self, node: Node, name: str, holder: Node) -> ast.LadderBody:
+        return ladder(node, f"{self.where}.{name}", self.more, self.diagnostics, holder)
 
     # ---- the whole
 
     def chart(self) -> sfc.SfcBody:
         actions = self.parts.actions()
-        transitions = tuple(self._transitions())
+        transitions = tuple(kept.transitions(self.holder, list(self._transitions())))
         return sfc.SfcBody(self.parts.steps(), transitions, (*actions, *self.parts.inline), self.span)
 
-    def _transitions(self) -> Iterator[sfc.Transition]:
+    def _transitions(self) -> Iterator[tuple[Node, sfc.Transition]]:
+        """In the order in which they are drawn, each with what draws it."""
         targets: dict[str, list[ast.Name]] = {}
         for node in self.body.all("step", "jumpStep"):
             attribute = "name" if node.tag == "step" else "targetName"
@@ -101,8 +103,8 @@ class ChartReader:
             priority = node.number("priority") if given else None
             condition, name = self._condition(node, number)
             if condition is not None:
-                yield sfc.Transition(name, priority, tuple(sources), tuple(leads), condition, node.whole,
-                                     node.span)
+                yield node, sfc.Transition(name, priority, tuple(sources), tuple(leads), condition,
+                                           node.whole, node.span)
 
     def _position(self, node: Node) -> int:
         at = node.find("position")
