@@ -135,3 +135,13 @@ def test_every_finding_of_a_drawing_has_a_place(tmp_path) -> None:
     locate = Locator(result.project.files)
     (found,) = [locate(d.primary.span, "error") for d in result.diagnostics]
     assert (found.element, found.position) == ("contact `x`", "")
+
+
+@pytest.mark.parametrize(
+    "before", ["", "<p>", "<!-- sum -->", "<![CDATA[", "<p>\n  <![CDATA[", "<![CDATA[a := b;\n ", "a:=b; <!--\n-->  "])
+def test_columns_of_texts_are_those_of_the_file(check, before: str) -> None:
+    after = ("]]>" if "CDATA" in before else "") + ("</p>" if "<p>" in before else "")
+    xml = project(pou(f"<ST>{before}nowhere := a;{after}</ST>", "a b : BOOL"))
+    (found,) = json.loads(check(xml, "--format", "json"))
+    lines = xml[: xml.index("nowhere")].split("\n")
+    assert (found["primary"]["line"], found["primary"]["column"]) == (len(lines), len(lines[-1]) + 1)

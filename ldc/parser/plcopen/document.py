@@ -36,6 +36,7 @@ _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _USUAL = re.compile(r'''\s([^\s=<>"/]+)="([^"]*)"''')
 """An attribute as nearly all are written: without apostrophes, references and line ends."""
+_CDATA = "<![CDATA["
 _BLANK = re.compile(r"\r\n|[\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
 _ENDS_EARLY = "it ends before its elements are closed"
@@ -289,15 +290,23 @@ def _doctype(*_) -> None:
 
 
 def _unmarked(node: Node, raw: str) -> str:
-    """The text of an element without references and markup, its lines where they were."""
+    """The text of an element without references and markup, its lines where they were. Each line begins in
+    the column where it did, so that places are those of the file."""
     parts: list[str] = []
+    begun = False
     for match in _MARKUP.finditer(raw):
-        if match[2] is not None:
-            parts.append(unescape(match[2]))
-        elif match[1] is not None:
-            parts.append(match[1])
-        elif node.tag in _TEXTUAL:
-            parts.append("\n" * match[0].count("\n"))
+        text = unescape(match[2]) if match[2] is not None else match[1]
+        if text is None:
+            before, end, last = match[0].rpartition("\n")
+            begun = begun and not end
+            if not begun:
+                parts.append("\n" * before.count("\n") + end + " " * len(last))
+            continue
+        if match[2] is None and not begun:
+            parts.append(" " * len(_CDATA))
+        parts.append(text)
+        _, end, last = text.rpartition("\n")
+        begun = bool(last.strip()) or begun and not end
     return "".join(parts)
 
 
