@@ -47,7 +47,7 @@ uint32_t random_order(uint32_t count, uint64_t seed, uint32_t damage) {
     while (sent < count) {
         if (drawn(&dice, 2)) {
             uint32_t before = sender.step;
-            int32_t result = p_send(&sender, 0, P_UPDATE, data, len);
+            int32_t result = p_send(&sender, 0, P_UPDATE, data, len, 1);
             if (before == 3 && drawn(&dice, 1000) < damage) slot[(drawn(&dice, 20) + 16) % 28] ^= 1;
             if (result == P_BUSY) continue;
             if (result != P_DONE) return wrong + count - sent; /* given up */
@@ -80,7 +80,7 @@ uint32_t two_threads(uint32_t count) {
     if (pthread_create(&thread, 0, receiving, 0)) return UINT32_MAX;
     for (uint32_t n = 0; n < count; n++) {
         uint32_t len = message(n, data);
-        while (p_send(&sender, 0, P_UPDATE, data, len) == P_BUSY) { }
+        while (p_send(&sender, 0, P_UPDATE, data, len, 1) == P_BUSY) { }
     }
     pthread_join(thread, 0);
     return wrong_in_thread;
@@ -94,7 +94,7 @@ int32_t refused(uint32_t kind) {
     cleared();
     if (kind == P_SEQ) sender.seq = 7;
     for (int32_t result = P_BUSY; ;) {
-        result = p_send(&sender, kind == P_AID, P_UPDATE, data, kind == P_LEN ? 6 : 8);
+        result = p_send(&sender, kind == P_AID, P_UPDATE, data, kind == P_LEN ? 6 : 8, 1);
         if (kind == P_CRC && sender.step == 4) slot[22] ^= 1;
         if (result != P_BUSY) return result;
         if (kind != P_SILENT) p_receive(&receiver);

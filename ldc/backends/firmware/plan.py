@@ -80,7 +80,7 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
     own = list(_plant(memory, board, period, tasks))
     if natives:
         own.append(("bind.c", components.bind(len(natives))))
-    shared = remote.windows(board, remote.slot(remotes)) if remotes else {}
+    shared = remote.windows(board, remotes) if remotes else {}
     if remotes:
         own += [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, False))]
     own += _board(board, shared, slave=False, components=bool(natives))

@@ -44,14 +44,20 @@ def room() -> int:
     return min(areas()["SMD"].size, areas()["MSD"].size)
 
 
-def windows(board: Board, size: int) -> dict[str, int]:
+def patience(remotes: Iterable[tuple[int, Native]]) -> int:
+    """Microseconds until a slave is taken for silent: five of its periods, 5 ms at least (SPEC 2.5)."""
+    return max((5 * (native.component.period_us or 0) for _, native in remotes), default=0)
+
+
+def windows(board: Board, remotes: Sequence[tuple[int, Native]]) -> dict[str, int]:
     """The constants of both images: the areas of slave1 (SPEC 1.3) in the memory that is shared."""
     known = areas()
     first = known["SMD"].first()
     found = {name: board.second.shared.base + known[name].first() - first for name in ("SMD", "MSD", "MPF", "SPF")}
     return {f"LDC_{name}": at for name, at in found.items()} | {
-        "LDC_SLOT": size, "LDC_SECOND_TABLE": board.second.table, "LDC_SECOND_WAIT": board.second.wait,
-        "LDC_SECOND_VECTORS": board.second.flash.base}
+        "LDC_SLOT": slot(remotes), "LDC_SECOND_TABLE": board.second.table, "LDC_SECOND_WAIT": board.second.wait,
+        "LDC_SECOND_VECTORS": board.second.flash.base,
+        "LDC_PATIENCE": min(max(patience(remotes), 5000) * board.clock_hz // 10**6, 0x7FFF_FFFF)}
 
 
 def size(variables: Sequence[Variable]) -> int:

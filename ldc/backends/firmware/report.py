@@ -81,6 +81,16 @@ def _divided(built: Built, prefixes: dict[str, str], own: frozenset[str], block:
     return found
 
 
+def of_files(built: Built) -> dict[str, int]:
+    """Flash that each C file takes in an image, by its name; the libraries together under "". Raises OSError."""
+    found: dict[str, int] = {}
+    for output, _, size, path in _sections(built.map.read_text(encoding="utf-8", errors="replace")):
+        if output in _FLASH and path != "fill":
+            name = built.objects.get(path.rpartition("/")[2], "")
+            found[name] = found.get(name, 0) + size
+    return found
+
+
 def _title(unit: Unit) -> str:
     return f"{unit.kind} {unit.name}"
 

@@ -95,4 +95,4 @@ def line_of(firmware: Path, address: int) -> str | None:
         text = gcc.run([gcc.beside(compiler, "addr2line"), "-e", str(firmware), hex(address)]).strip()
     except gcc.CompilerFailed:
         return None
-    return text if text and "?" not in text else None
+    return text.partition(" (discriminator")[0] if text and "?" not in text else None

@@ -5,7 +5,7 @@
 
 #define MASTER ((volatile uint32_t *)LDC_MPF)
 #define SLAVE ((volatile uint32_t *)LDC_SPF)
-#define PATIENCE 1000000u
+#define SYSTICK ((volatile uint32_t *)0xE000E010u)
 
 static const p_channel to_slave = { MASTER + 0, MASTER + 1, SLAVE + 2, SLAVE + 3, SLAVE + 4, SLAVE + 5,
                                     (volatile uint8_t *)LDC_SMD, LDC_SLOT, 0 };
@@ -33,12 +33,25 @@ void ldc_serve(void) {
         r->entry(in, out, state, microseconds);
         /* Before the outputs: which call this answers. The inputs are not needed any more. */
         __builtin_memcpy(out - 8, &receiver.envelope.seq, 4);
-        while (p_send(&sender, receiver.envelope.aid, P_UPDATE, out - 8, 8 + wide(r->out) + wide(r->state)) == P_BUSY)
-            pause();
+        uint32_t size = 8 + wide(r->out) + wide(r->state);
+        while (p_send(&sender, receiver.envelope.aid, P_UPDATE, out - 8, size, 0) == P_BUSY) pause();
     }
 }
 
 #else
+
+/* Cycles of SysTick since the last call; without scans in real time nobody has started it yet. */
+static uint32_t elapsed(void) {
+    static uint32_t last;
+    if (!(SYSTICK[0] & 1)) {
+        SYSTICK[1] = 0xFFFFFF;
+        SYSTICK[2] = 0;
+        SYSTICK[0] = 5;
+    }
+    uint32_t now = SYSTICK[2], passed = now <= last ? last - now : last + SYSTICK[1] + 1 - now;
+    last = now;
+    return passed;
+}
 
 void ldc_second(void) {
     for (uint32_t i = 0; i < 8; i++) MASTER[i] = SLAVE[i] = 0;
@@ -48,7 +61,7 @@ void ldc_second(void) {
 }
 
 void ldc_call(uint32_t number, const void *in, void *out, void *state, uint32_t microseconds) {
-    static p_sender sender = { .channel = &to_slave, .patience = PATIENCE };
+    static p_sender sender = { .channel = &to_slave, .patience = LDC_PATIENCE };
     static p_receiver receiver = { .channel = &to_master, .data = taken };
     const ldc_remote *r = &ldc_remotes[number];
     uint8_t *to_in = sent + 8, *to_out = to_in + wide(r->in), *to_state = to_out + wide(r->out);
@@ -57,13 +70,15 @@ void ldc_call(uint32_t number, const void *in, void *out, void *state, uint32_t 
     __builtin_memcpy(to_in, in, r->in);
     __builtin_memcpy(to_out, out, r->out);
     __builtin_memcpy(to_state, state, r->state);
+    uint32_t size = (uint32_t)(to_state + wide(r->state) - sent);
     int32_t done;
-    while ((done = p_send(&sender, number, P_UPDATE, sent, (uint32_t)(to_state + wide(r->state) - sent))) == P_BUSY) pause();
-    for (uint32_t waited = 0; done == P_DONE; waited++) {
+    elapsed();
+    while ((done = p_send(&sender, number, P_UPDATE, sent, size, elapsed())) == P_BUSY) pause();
+    for (uint32_t waited = 0; done == P_DONE; waited += elapsed()) {
         int32_t received = p_receive(&receiver);
         /* An answer to an earlier call, which was given up, is none to this one. */
         if (received == P_DONE && !__builtin_memcmp(taken, &sender.seq, 4)) break;
-        if (waited > PATIENCE) done = P_SILENT;
+        if (waited > LDC_PATIENCE) done = P_SILENT;
         pause();
     }
     if (done != P_DONE) {

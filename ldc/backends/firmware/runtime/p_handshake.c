@@ -55,13 +55,12 @@ static int32_t failed(p_sender *s, uint32_t code) {
     return (int32_t)code;
 }
 
-int32_t p_send(p_sender *s, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len) {
+int32_t p_send(p_sender *s, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len, uint32_t elapsed) {
     const p_channel *c = s->channel;
     switch (s->step) {
     case 0: /* M0 */
         if (len > c->size - HEAD || len % 4) return P_LEN;
         if (is(c, c->running) || is(c, c->ack) || is(c, c->nack) || is(c, c->state)) break;
-        s->waited = 0;
         s->step = 1;
         return P_BUSY;
     case 1: /* M1 */
@@ -82,6 +81,7 @@ int32_t p_send(p_sender *s, uint32_t aid, uint16_t cmd, const uint8_t *data, uin
     }
     case 4: /* M4 */
         clear(c, c->begin);
+        s->waited = 0;
         s->step = 5;
         return P_BUSY;
     case 5: /* M5 */
@@ -92,7 +92,8 @@ int32_t p_send(p_sender *s, uint32_t aid, uint16_t cmd, const uint8_t *data, uin
         s->step = s->attempt = 0;
         return P_DONE;
     }
-    if (s->patience && ++s->waited > s->patience) return failed(s, P_SILENT);
+    s->waited += elapsed;
+    if (s->patience && s->waited > s->patience) return failed(s, P_SILENT);
     return P_BUSY;
 }
 

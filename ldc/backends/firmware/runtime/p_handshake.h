@@ -32,7 +32,7 @@ enum { P_BUSY = -1, P_DONE = 0 };
 
 typedef struct {
     const p_channel *channel;
-    uint32_t patience; /* steps to wait for an answer; 0: for ever */
+    uint32_t patience; /* how long to wait for an answer, in units of `elapsed`; 0: for ever */
     uint32_t seq;      /* of the last message that was taken */
     uint32_t step, attempt, waited;
 } p_sender;
@@ -48,8 +48,8 @@ typedef struct {
 
 uint16_t p_crc(uint16_t crc, const uint8_t *data, uint32_t size);
 
-/* One step of sending. `data` stay as they are until the result is not P_BUSY. */
-int32_t p_send(p_sender *sender, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len);
+/* One step of sending; `elapsed`: time since the step before. `data` stay as they are until the result is not P_BUSY. */
+int32_t p_send(p_sender *sender, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len, uint32_t elapsed);
 
 /* One step of receiving; P_DONE: `envelope` and `data` hold a message that was not there before. */
 int32_t p_receive(p_receiver *receiver);
