@@ -234,7 +234,7 @@ def test_random_charts(tmp_path_factory, chart: Chart, run: list[Scan]) -> None:
         assert [machines[0].get(name) for name in names] == [machines[1].get(name) for name in names]
 
 
-def sequence(steps: str, *ways: str, more: str = "") -> str:
+def sequence(steps: str, *ways: str) -> str:
     """A program with a chart: its steps (the first is the initial one) and lines ``a b > c : condition``."""
     first, *others = steps.split()
     parts = [f"INITIAL_STEP {first}: END_STEP", *(f"STEP {name}: END_STEP" for name in others)]
@@ -244,7 +244,7 @@ def sequence(steps: str, *ways: str, more: str = "") -> str:
         ends = " TO ".join(side[0] if len(side) == 1 else f"({', '.join(side)})" for side in sides)
         parts.append(f"TRANSITION FROM {ends} := {condition}; END_TRANSITION")
     body = "\n".join(parts)
-    return f"PROGRAM main VAR go, x, y, q : BOOL; n : INT; pause : TIME; END_VAR\n{body}\n{more}\nEND_PROGRAM\n"
+    return f"PROGRAM main VAR go, x, y, q : BOOL; END_VAR\n{body}\nEND_PROGRAM\n"
 
 
 def drawn(xml: str) -> list[str]:

@@ -57,11 +57,10 @@ def _no_components(result: pipeline.Compiled, diagnostics: Diagnostics) -> None:
                 type_ = type_.element
             if isinstance(type_, ast.NamedType):
                 places.setdefault(type_.name.upper(), type_.span)
+    help = "TC6 has POUs only: write a function block of this name, or leave out what uses it"
     for key, component in result.components.items():
-        span = places.get(key, Span(component.source, 0, 0))
-        diagnostics.error("LD0660", f"`{component.name}` cannot be exported: it is a component", span,
-                          "no POU of the project",
-                          help="TC6 has POUs only: write a function block of this name, or leave out what uses it")
+        diagnostics.error("LD0660", f"`{component.name}` cannot be exported: it is a component",
+                          places.get(key, Span(component.source, 0, 0)), "no POU of the project", help=help)
 
 
 def _texts(files: Iterable[ast.File], diagnostics: Diagnostics) -> Iterable[SourceFile]:

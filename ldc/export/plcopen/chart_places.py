@@ -1,8 +1,8 @@
 """Where the parts of a chart lie, in the units of a TC6 drawing.
 
-Every part has an axis, on which its wires lie. The first child hangs on the axis of its parent, the others to
-its right, as near as what lies on their levels lets them. Levels lie below each other with room for the bars of
-divergences and convergences between them, so that no bar is on another one or on a part.
+Every part has an axis, on which its wires lie. The first child hangs on the axis of its parent, the others
+to its right, as near as what lies on their levels lets them. Levels lie below each other with room for the
+bars of divergences and convergences between them, so that no bar is on another one or on a part.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Extent:
 
 @dataclass(frozen=True, slots=True)
 class ChartPlaces:
-    """By ``id`` of the part: ``axis``; ``below`` and ``above``, where the bar of the divergence below it and of
-    the convergence above it lies. ``levels``: the upper edges of levels."""
+    """By ``id`` of the part: ``axis``; ``below`` and ``above``, where the bar of the divergence below it and
+    of the convergence above it lies. ``levels``: the upper edges of levels."""
 
     axis: dict[int, int]
     levels: list[int]

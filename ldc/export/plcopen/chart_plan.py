@@ -21,8 +21,8 @@ _LONGEST = 24
 @dataclass(slots=True)
 class Part:
     """``index`` of the step or transition; of a jump or a wire, that of the part it leads to. ``level``: 0 at
-    the top, steps on even ones, transitions on odd ones. A wire begins at ``level`` and ends above that of the
-    part it leads to."""
+    the top, steps on even ones, transitions on odd ones. A wire begins at ``level`` and ends above that of
+    the part it leads to."""
 
     kind: str
     index: int
@@ -32,8 +32,8 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """``roots``: where charts begin; ``steps`` and ``transitions`` by index; ``joined``: by kind and index, the
-    wires that end at a part."""
+    """``roots``: where charts begin; ``steps`` and ``transitions`` by index; ``joined``: by kind and index,
+    the wires that end at a part."""
 
     roots: tuple[Part, ...]
     steps: tuple[Part, ...]
@@ -112,8 +112,8 @@ class _Planner:
         return ((way, target) for way in self.leaving[step] for target in self.targets[way])
 
     def _levels(self, back: set[tuple[int, int]]) -> None:
-        """Place transitions below all of their sources, and steps below all that leads to them without leading
-        back. A step that waits for itself in spite of that comes first."""
+        """Place transitions below all of their sources, and steps below all that leads to them without
+        leading back. A step that waits for itself in spite of that comes first."""
         waiting = [0] * len(self.leaving)
         for way, targets in enumerate(self.targets):
             for target in targets:

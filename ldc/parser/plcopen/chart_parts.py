@@ -26,8 +26,8 @@ _LANGUAGES = ("ST", "IL", *_GRAPHICAL)
 
 
 class Parts:
-    """``drawn(node, name, holder)`` reads a body in LD or FBD. ``inline``: actions without a name of their own, which
-    are known when the steps were read."""
+    """``drawn(node, name, holder)`` reads a body in LD or FBD. ``inline``: actions without a name of their
+    own, which are known when the steps were read."""
 
     def __init__(self, pou: Node, body: Node, steps: Mapping[str, Node], where: str,
                  drawn: Callable[[Node, str, Node], ast.LadderBody], diagnostics: Diagnostics) -> None:
@@ -232,8 +232,8 @@ class Parts:
 
 
 def _one_expression(holder: Node, instances: Container[str]) -> Span | None:
-    """A body in Structured Text that is one expression, without the ``:=`` and ``;`` around it. A call of one of
-    the ``instances`` (in capitals) is a statement."""
+    """A body in Structured Text that is one expression, without the ``:=`` and ``;`` around it. A call of one
+    of the ``instances`` (in capitals) is a statement."""
     node = holder.find("ST")
     if node is None:
         return None

@@ -94,9 +94,9 @@ def transitions(holder: Node, found: Sequence[tuple[Node, sfc.Transition]]) -> l
             return plain
         name = one.get("name") if _NAME.match(one.get("name")) else None
         priority = one.number("priority") if one.get("priority") else None
-        made = replace(transition, name=transition.name or name, priority=priority,
-                       sources=tuple(ends[0][key] for key in sources), targets=tuple(ends[1][key] for key in targets))
-        written.append(made)
+        above, below = (tuple(map(end.get, keys)) for end, keys in zip(ends, (sources, targets), strict=True))
+        written.append(replace(transition, name=transition.name or name, priority=priority,
+                               sources=above, targets=below))
     return plain if drawn else written
 
 

@@ -24,12 +24,14 @@ _NOTES = ("comment", "vendorElement", "documentation", "addData", "label", "righ
 
 
 class ChartReader:
-    """Reads the chart ``body`` in ``holder`` of the POU ``pou``. ``where`` names the POU in messages; ``more`` takes what
-    drawings need beside what is declared; ``unread``: elements that were told to be none."""
+    """Reads the chart ``body`` in ``holder`` of the POU ``pou``. ``where`` names the POU in messages;
+    ``more`` takes what drawings need beside what is declared; ``unread``: elements that were told to be
+    none."""
 
     def __init__(self, pou: Node, holder: Node, body: Node, where: str, more: Additions,
                  diagnostics: Diagnostics) -> None:
-        self.holder, self.body, self.where, self.more, self.diagnostics = holder, body, where, more, diagnostics
+        self.holder, self.body, self.where, self.more = holder, body, where, more
+        self.diagnostics = diagnostics
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
         for node in body.children:
