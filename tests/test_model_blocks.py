@@ -167,6 +167,12 @@ def test_a_pin_of_a_broken_declaration_is_silent() -> None:
     assert modelled(text).codes == ["LD0205"]
 
 
+def test_a_type_that_is_missing_is_told_where_it_is_declared_only() -> None:
+    text = ("PROGRAM p VAR a : BOOL; x : Vendor; END_VAR RUNG [a] <x: Vendor(IN := a)> (a)\n"
+            "RUNG [a] <x: Vendor()> END_PROGRAM")
+    assert modelled(text).codes == ["LD0205"]
+
+
 def test_the_signature_of_an_overloaded_function_has_the_types_of_the_call() -> None:
     block = first(VARIABLES, "<ADD(d, n, 3, OUT => d)>", BEFORE)
     assert [p.type for p in block.signature.inputs] == [types.DINT] * 3

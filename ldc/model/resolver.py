@@ -114,8 +114,8 @@ class _Resolver:
     def _broken(self) -> dict[str, frozenset[str]]:
         frames = {"": self.globals, **self._frames}
         broken = {key: frozenset(frame.broken) for key, frame in frames.items() if frame.broken}
-        if self.types.broken:
-            broken[""] = broken.get("", frozenset()) | self.types.broken
+        if told := self.types.broken | self.types.unknown:
+            broken[""] = broken.get("", frozenset()) | told
         return broken
 
     # ---- what frames ask ----------------------------------------------------------------------------

@@ -47,7 +47,8 @@ class Known:
 class TypeTable:
     """Types by name, built when they are first needed.
 
-    ``pou_kinds`` tells the kinds and spellings of the project's POUs by name in capitals.
+    ``pou_kinds`` tells the kinds and spellings of the project's POUs by name in capitals. ``broken`` and
+    ``unknown``: types whose declaration failed, and those that have none (both were told).
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class TypeTable:
         self._building: list[str] = []
         self.enum_values: dict[str, list[tuple[Enum, int]]] = {}
         self.broken: set[str] = set()
+        self.unknown: set[str] = set()
 
     def named(self, env: Environment, key: str) -> Known | None:
         """A declared type by its name in capitals; None when there is none or it is wrong."""
@@ -146,6 +148,7 @@ class TypeTable:
         if kind:
             findings.program_as_type(self._diagnostics, node.span, spelling, kind)
         elif not env.silent(key):
+            self.unknown.add(key)
             names = [d.name for d in self._declarations.values()]
             names += [name for pou, name in self._pou_kinds.values() if pou == "FUNCTION_BLOCK"]
             findings.unknown_type(self._diagnostics, node.span, node.name,
