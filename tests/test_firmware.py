@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from ldc.backends.firmware import board
+from ldc import pipeline
+from ldc.backends.firmware import board, qemu
+from ldc.cli import firmware
 from ldc.cli.main import main
 from ldc.components import toolchain
+from ldc.diagnostics import Diagnostics
+from ldc.manifest import Sources
+from ldc.model.settings import Settings
+from ldc.source import SourceFile
+from runtime.stimuli import Stimuli
 
 SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml"))
 MISSING = [t.command for t in (toolchain.GCC, toolchain.ARM_GCC, toolchain.QEMU_ARM) if toolchain.find(t) is None]
@@ -169,6 +177,89 @@ def test_values_of_all_kinds_go_in_and_come_out(target: str, run) -> None:
     expected = run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names)
     assert expected[0] == 0
     assert run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names, "--target", target) == expected
+
+
+BOARD = """
+target = "cortex-m3"
+cpu = ["-mcpu=cortex-m3", "-mthumb"]
+clock_hz = 25_000_000
+flash = { base = 0, size = 0x10_0000 }
+ram = { base = 0x2000_0000, size = 0x1_0000 }
+uart = { kind = "cmsdk", base = 0x4000_4000 }
+sources = ["io.c"]
+"""
+IO = """
+#include "places.h"
+void ldc_board_inputs(uint8_t *memory);
+void ldc_board_outputs(const uint8_t *memory);
+static uint32_t scans;
+void ldc_board_inputs(uint8_t *memory) { ldc_set_IX0_0(memory, scans++ == 2); }
+void ldc_board_outputs(const uint8_t *memory) {
+    ldc_puts(ldc_get_QX0_0(memory) ? "1" : "0");
+    if (scans < 6) return;
+    ldc_puts("\\n");
+    __asm__ volatile("mov r0, #0x18\\nldr r1, =0x20026\\nbkpt 0xAB");
+}
+"""
+
+
+def test_a_board_of_a_user_scans_in_real_time(tmp_path: Path, monkeypatch, capsys) -> None:
+    """SysTick tells when; its own C reads inputs and sets outputs."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(BOARD)
+    Path("io.c").write_text(IO)
+    sample = str(SAMPLES[0].parent / "start_stop")
+    assert main(["build", sample, "--target", "cortex-m3", "--board", "mine.toml", "-o", "out"]) == 0
+    command = [toolchain.find(toolchain.QEMU_ARM), "-M", "mps2-an385", "-display", "none", "-monitor", "none", "-serial",
+               "stdio", "-semihosting-config", "enable=on,target=native", "-kernel", "out/start_stop.elf"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True, stdin=subprocess.DEVNULL)
+    assert done.stdout == "001111\n"
+    capsys.readouterr()
+    assert main(["run", sample, "--target", "cortex-m3", "--board", "mine.toml"]) == 2
+    assert "QEMU has no machine for board `mine`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("damage", "code"), [
+    (('flash = { base = 0, size = 0x10_0000 }', ''), "LD0640"), (('"cortex-m3"', '"cortex-m4"'), "LD0640"),
+    (("clock_hz = 25", "clock = 25"), "LD0611"), (("clock_hz = 25_000_000", "clock_hz ="), "LD06"),
+    (('["-mcpu=cortex-m3", ', '["-o/tmp/x", '), "LD06"), (("size = 0x10_0000", "size = 0x10_0000_0000_0000"), "LD06")])
+def test_a_wrong_board_file_is_told(damage: tuple[str, str], code: str, tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(BOARD.replace(*damage, 1))
+    arguments = ["build", str(SAMPLES[0].parent / "start_stop"), "--target", "cortex-m3", "--board", "mine.toml"]
+    assert main(arguments) == 1
+    assert f"[{code}" in capsys.readouterr().err
+
+
+KEPT = """
+PROGRAM main
+VAR RETAIN total : DINT; name : STRING[9] := 'new'; wait : TON; END_VAR
+VAR seen : DINT; END_VAR
+RUNG <ADD(IN1 := total, IN2 := 1, OUT => total)> <ADD(IN1 := seen, IN2 := 1, OUT => seen)>
+RUNG [total = 3] <MOVE(IN := 'used', OUT => name)>
+RUNG [total > 0] <wait: TON(PT := T#1s)>
+END_PROGRAM
+"""
+
+
+def test_a_restart_leaves_alone_what_is_retained(tmp_path: Path) -> None:
+    result = pipeline.compile_project(Sources((SourceFile("main.ld", KEPT),), Settings(), None))
+    assert not result.diagnostics.has_errors
+    machine = firmware.machine(result, 0, None, None)
+    on, _ = firmware.chosen("cortex-m3", "lm3s6965evb")
+    made = firmware.built(firmware.planned(machine, result, on, None), tmp_path, "kept")
+    names = "total", "name", "wait.ET", "seen"
+    job = machine.job(9, machine.find(names), Stimuli({}), restart=5)
+    trace = qemu.run(on, [made.images[0].elf], job, 60, Diagnostics())
+    machine.replay(trace)
+    found = []
+    for _ in range(9):
+        machine.scan()
+        found.append(tuple(machine.get(name) for name in names))
+    ms = 1_000_000
+    assert found[4] == (5, "used", 40 * ms, 5)
+    assert found[5][0::3] == (6, 1) and found[5][1] == "used"
+    assert found[8][0::3] == (9, 4)
 
 
 def test_a_build_tells_what_is_where_and_how_large(tmp_path: Path, monkeypatch, capsys) -> None:

@@ -55,7 +55,7 @@ def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | No
     try:
         parts = components.build(here, memory, on.cpu, diagnostics)
         others = components.build(there, components.memory_of_slave("slave1"), on.cpu, diagnostics)
-        further = [(name, (room / name).read_text(encoding="utf-8")) for name in on.sources] if room else []
+        further = [(name, source_text(room / name)) for name in on.sources] if room else []
     except (OSError, UnicodeDecodeError) as error:
         raise Failure(f"cannot make firmware: {error}") from error
     if diagnostics.has_errors:
@@ -64,6 +64,12 @@ def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | No
     found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, there, others, further)
     made.parts = found.code.map
     return found
+
+
+def source_text(path: Path) -> str:
+    """A C file of a board, so that the compiler names it in what it says. Raises OSError, UnicodeDecodeError."""
+    name = path.as_posix().replace("\\", "\\\\").replace('"', '\\"')
+    return f'#line 1 "{name}"\n' + path.read_text(encoding="utf-8")
 
 
 def divided(natives: Sequence[Native], on: Board, diagnostics: Diagnostics) -> tuple[list[Numbered], list[Numbered]]:

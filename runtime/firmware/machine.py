@@ -1,6 +1,6 @@
 """A machine whose scans a microcontroller has executed: a job tells it what to do, the trace what happened.
 
-A job, words of 32 bits: ``LDCJ``, scans, how many ranges are watched, offset and size of each; then of every scan
+A job, words of 32 bits: ``LDCJ``, scans, the scan before which the processor starts anew (``END``: none), how many ranges are watched, offset and size of each; then of every scan
 with changes its number, how many changes, and these (``ldc.il.changes``); at the end ``END``.
 The trace: ``F``, a task (8 bits) and the begin of the block when that task stops; ``S`` and the bytes of the watched
 ranges after each scan; ``E`` and the whole block at the end.
@@ -63,10 +63,11 @@ class Machine(InBlock):
 
     # ---- before the run
 
-    def job(self, scans: int, watched: Iterable[Symbol], stimuli: Stimuli) -> bytes:
-        """The job of some scans; the trace of it is to be given to ``replay``."""
+    def job(self, scans: int, watched: Iterable[Symbol], stimuli: Stimuli, restart: int = END) -> bytes:
+        """The job of some scans; the trace of it is to be given to ``replay``. ``restart``: the scan before which
+        the processor starts anew."""
         self._ranges = _merged(self._extent(symbol) for symbol in watched)
-        words = [MAGIC, scans, len(self._ranges)]
+        words = [MAGIC, scans, restart, len(self._ranges)]
         for pair in self._ranges:
             words += pair
         for scan, row in sorted(stimuli.rows.items()):

@@ -56,7 +56,8 @@ class Second(Struct, frozen=True):
 
 
 class Board(Struct, frozen=True):
-    """A board file. ``cpu``: options of the compiler; ``clock_hz``: of SysTick; ``stack``: bytes; ``sources``: C
+    """A board file. ``cpu``: options of the compiler; ``clock_hz``: of SysTick; ``stack``: bytes; ``retain``: memory that keeps
+    its content without power (without it, RETAIN lasts over a reset only); ``sources``: C
     files beside the board file that are compiled in; ``default``: the board of its target when none is named."""
 
     target: Literal["cortex-m3", "cortex-m4", "cortex-m33"] = "cortex-m3"
@@ -68,6 +69,7 @@ class Board(Struct, frozen=True):
     stack: Annotated[int, Meta(ge=512, le=1 << 24)] = 8192
     flash: Region | None = None
     ram: Region | None = None
+    retain: Region | None = None
     uart: Uart | None = None
     qemu: Qemu | None = None
     second: Second | None = None

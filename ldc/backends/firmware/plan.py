@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -11,6 +11,7 @@ from importlib.resources import files
 import jinja2
 
 from ldc.backends.c import emit
+from ldc.backends.c.ctypes import c_type
 from ldc.backends.c.emit import BuildPlan, File
 from ldc.backends.firmware import components, remote
 from ldc.backends.firmware.board import Board, Region
@@ -18,7 +19,8 @@ from ldc.backends.firmware.components import Part
 from ldc.components.project import Native
 from ldc.il import changes
 from ldc.il.block import Block, Spot
-from ldc.types import Value
+from ldc.il.layout import state, type_hash
+from ldc.types import String, Value, is_scalar
 
 FLAGS = ("-std=c11", "-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
          "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
@@ -26,6 +28,7 @@ TASKS_MOST = 64
 _SYSTICK = 1 << 24
 _ROOM = files("ldc.backends.firmware")
 _RUNTIME = ("scan.c", "live.c", "system.c")
+_RETAIN = ("retain.c", "p_handshake.c")
 _LINK = ("link.c", "p_handshake.c")
 _HEADERS = ("firmware.h", "link.h", "p_handshake.h")
 
@@ -82,10 +85,12 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
         own.append(("bind.c", components.bind(len(natives))))
     shared = remote.windows(board, remotes) if remotes else {}
     if remotes:
-        own += [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, False))]
+        own += [*((name, _read(name)) for name in _LINK if name not in dict(own)),
+                ("remotes.c", remote.tables(remotes, False))]
     own += _board(board, shared, slave=False, components=bool(natives))
-    master = _image("master", board, board.flash, board.ram, (code.header, code.files), own + list(further), parts,
-                    flags, shared)
+    own += further
+    more = {"places.h": _render("places.h.j2", places=list(_places(memory)))} if board.sources else {}
+    master = _image("master", board, board.flash, board.ram, (code.header, code.files), own, parts, flags, shared, more)
     images = (master,)
     if remotes:
         own = [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
@@ -102,11 +107,40 @@ def _plant(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan]) 
     reload, ticks = systick(board.clock_hz, period)
     rows = [{"name": t.name, "interval": t.interval, "watchdog": t.watchdog, "runs": t.runs,
              "safe": tuple(changes.words(t.safe)), "single": _single(t.single)} for t in tasks]
+    kept = [(offset, size) for _, offset, size, _ in retained(memory)]
+    key = int(_digest(*(f"{path} {size} {type_}" for path, _, size, type_ in retained(memory)))[:8], 16)
     yield "plant.c", _render("plant.c.j2", title=memory.program.name or "program", size=memory.size, period=period,
                              reload=reload, ticks=ticks, tasks=rows,
-                             initial=tuple(changes.from_zero(bytes(memory.initial()))))
-    for name in (*_RUNTIME, *(("job.c",) if board.qemu is not None else ())):
+                             initial=tuple(changes.from_zero(bytes(memory.initial()))), ranges=kept,
+                             key=key, words=3 + -(-sum(size for _, size in kept) // 4))
+    for name in (*_RUNTIME, *(_RETAIN if kept else ()), *(("job.c",) if board.qemu is not None else ())):
         yield name, _read(name)
+
+
+def _places(memory: Block) -> Iterator[tuple[str, str, int, int | None]]:
+    """Address as a part of a C name, C type, offset and bit of every input and output."""
+    found = {}
+    for at, type_ in memory.homes:
+        if at.area in "IQ" and is_scalar(type_) and not isinstance(type_, String):
+            spot = memory.located(at, type_)
+            found.setdefault(str(at)[1:].replace(".", "_"), (c_type(type_), spot.offset, spot.bit))
+    for name, (kind, offset, bit) in sorted(found.items()):
+        yield name, kind, offset, bit
+
+
+def retained(memory: Block) -> list[tuple[str, int, int, str]]:
+    """Path, offset, size and hash of the type of the variables that are RETAIN, in the order of their paths."""
+    part = memory.program.resources[memory.resource]
+    wanted = [(v.name, v) for v in memory.program.globals]
+    for run in part.runs:
+        wanted += [(f"{run.name}.{v.name}", v) for v in state(memory.units[run.pou.upper()])]
+    found = []
+    for path, variable in sorted(wanted, key=lambda pair: pair[0].upper()):
+        spot = memory.variable(path, variable)
+        if variable.retain and spot.bit is None:
+            found.append((path.upper(), spot.offset, memory.measure(variable.type),
+                          type_hash(variable.type, memory.units)))
+    return found
 
 
 def _board(board: Board, shared: Mapping[str, int], slave: bool, components: bool) -> list[tuple[str, str]]:
@@ -117,9 +151,9 @@ def _board(board: Board, shared: Mapping[str, int], slave: bool, components: boo
 
 def _image(processor: str, board: Board, flash: Region, ram: Region, code: tuple[str, tuple[File, ...]],
            own: Iterable[tuple[str, str]], parts: Sequence[Part], flags: tuple[str, ...],
-           shared: Mapping[str, int]) -> Image:
+           shared: Mapping[str, int], more: Mapping[str, str] = {}) -> Image:
     headers = {emit.HEADER: code[0], "board.h": _render("board.h.j2", board=board, ram=ram, shared=shared)}
-    headers |= {name: _read(name) for name in _HEADERS}
+    headers |= {name: _read(name) for name in _HEADERS} | more
     common = "\0".join((*headers.values(), *flags))
     made = [File(name, text, _digest(name, text, common)) for name, text in own]
     return Image(processor, (*code[1], *made), tuple(parts), headers, flags,

@@ -27,10 +27,15 @@ extern const uint32_t ldc_reload, ldc_ticks; /* SysTick: cycles of a tick less 1
 extern uint8_t ldc_block[];
 uint32_t ldc_size(void);
 int32_t ldc_run(uint8_t *m, uint32_t program);
+extern const uint32_t ldc_ranges[], ldc_range_count; /* offset and size of what is retained */
+extern const uint32_t ldc_retain_key, ldc_retain_words;
+extern uint32_t ldc_retained[];
 
 /* The scan (scan.c). `ldc_on_fault` is called when a task stops: the record is in the block. */
 void ldc_start(void);
 void ldc_scan(void);
+void ldc_restore(void); /* retain.c */
+void ldc_keep(void);
 void ldc_change(const uint32_t *words, uint32_t count);
 void ldc_on_fault(uint32_t task);
 
@@ -43,5 +48,6 @@ void *ldc_take(uint32_t bytes); /* memory that nobody gives back; 0 when there i
 /* How scans go: from a job that a debugger or QEMU has (job.c), in real time (live.c). */
 int ldc_job(void);
 void ldc_live(void);
+void ldc_tell_fault(uint32_t task);
 
 #endif

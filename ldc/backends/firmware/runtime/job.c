@@ -59,9 +59,7 @@ static void put(const uint8_t *data, uint32_t size) {
 
 void ldc_on_fault(uint32_t task) {
     if (!trace) {
-        ldc_puts("ldc: a task stopped by a fault: ");
-        ldc_put_hex(task);
-        ldc_puts("\n");
+        ldc_tell_fault(task);
         return;
     }
     uint8_t head[2] = { 'F', (uint8_t)task };
@@ -87,12 +85,13 @@ int ldc_job(void) {
     if (job == UINT32_MAX || word() != MAGIC) return 0;
     trace = open("ldc.trace", 5);
     if (trace == UINT32_MAX) ldc_exit(4);
-    uint32_t scans = word(), watched = word();
+    uint32_t scans = word(), restart = word(), watched = word();
     uint32_t *ranges = ldc_take(8 * watched);
     if (!ranges) ldc_exit(5);
     for (uint32_t i = 0; i < 2 * watched; i++) ranges[i] = word();
     uint32_t next = word();
     for (uint32_t scan = 0; scan < scans; scan++) {
+        if (scan == restart) ldc_start();
         if (scan == next) {
             change(word());
             next = word();

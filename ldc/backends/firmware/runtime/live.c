@@ -9,6 +9,18 @@
 __attribute__((weak)) void ldc_board_inputs(uint8_t *memory) { (void)memory; }
 __attribute__((weak)) void ldc_board_outputs(const uint8_t *memory) { (void)memory; }
 
+void ldc_tell_fault(uint32_t task) {
+    static const char *const why[] = { "?", "division by zero", "index", "index", "watchdog" };
+    uint32_t fault = LDC_SYSTEM(ldc_block)->fault;
+    ldc_puts("ldc: task ");
+    ldc_put_hex(task);
+    ldc_puts(" stopped: ");
+    ldc_puts(why[fault <= LDC_WATCHDOG ? fault : 0]);
+    ldc_puts("\n");
+}
+
+__attribute__((weak)) void ldc_on_fault(uint32_t task) { ldc_tell_fault(task); }
+
 static volatile uint32_t ticks;
 
 void ldc_tick(void);

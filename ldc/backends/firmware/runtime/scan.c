@@ -32,6 +32,7 @@ void ldc_start(void) {
     stopped = 0;
     now = 0;
     ldc_change(ldc_initial, ldc_initial_words);
+    if (ldc_range_count) ldc_restore();
     LDC_SYSTEM(ldc_block)->first_scan = 1;
 }
 
@@ -70,5 +71,6 @@ void ldc_scan(void) {
     }
     for (uint32_t n = 0; n < stopped; n++) ldc_change(ldc_tasks[order[n]].safe, ldc_tasks[order[n]].safe_words);
     LDC_SYSTEM(ldc_block)->first_scan = 0;
+    if (ldc_range_count) ldc_keep();
     now += ldc_period;
 }
