@@ -95,6 +95,16 @@ def test_notes_become_comments_in_one_line() -> None:
     assert "    a  : INT;  // two lines *)\n    b  : INT;\n" in again.source.text
 
 
+def test_notes_of_members_become_comments() -> None:
+    (found,) = parsed("TYPE s : STRUCT a, b : INT; c : REAL := 1.5; END_STRUCT := (a := 3); END_TYPE").types
+    notes = ("mm", None, "°C")
+    fields = (dataclasses.replace(f, note=n) for f, n in zip(found.type.fields, notes, strict=True))
+    noted = dataclasses.replace(found, type=dataclasses.replace(found.type, fields=tuple(fields)))
+    again = written([noted], "types.st", Diagnostics())
+    assert "        a  : INT;          // mm\n        b  : INT;\n        c  : REAL := 1.5;  // °C\n" in again.source.text
+    assert bare(again.types[0].initial) == bare(found.initial)
+
+
 # ---- the command
 
 

@@ -60,7 +60,8 @@ def _lines(parts: Iterable[Part]) -> Iterator[str]:
     for is_type, group in groupby(parts, key=lambda part: isinstance(part, ast.TypeDecl)):
         if is_type:
             yield "TYPE"
-            yield from (f"{t.name} : {unparse.declared_text(t)};" for t in group)
+            for declared in group:
+                yield from _type(declared)
             yield "END_TYPE"
             continue
         for part in group:
@@ -73,16 +74,31 @@ def _lines(parts: Iterable[Part]) -> Iterator[str]:
             yield ""
 
 
+def _type(declared: ast.TypeDecl) -> Iterator[str]:
+    if not isinstance(declared.type, ast.StructType):
+        yield f"{declared.name} : {unparse.declared_text(declared)};"
+        return
+    yield f"{declared.name} : STRUCT"
+    yield from _variables(declared.type.fields)
+    value = f" := {unparse.initial_text(declared.initial)}" if declared.initial is not None else ""
+    yield f"END_STRUCT{value};"
+
+
 def _section(block: ast.VarBlock) -> Iterator[str]:
     yield " ".join((block.kind, *block.qualifiers))
-    for _, group in groupby(block.variables, key=lambda v: (v.group_span, id(v.type), v.location, v.note)):
+    yield from _variables(block.variables)
+    yield "END_VAR"
+
+
+def _variables(declared: Iterable[ast.VarDecl]) -> Iterator[str]:
+    """Lines of declarations, with their notes."""
+    for _, group in groupby(declared, key=lambda v: (v.group_span, id(v.type), v.location, v.note)):
         variables = list(group)
         first = variables[0]
         place = f" AT {first.location}" if first.location else ""
         note = f"  // {' '.join(first.note.split())}" if first.note and first.note.split() else ""
         names = ", ".join(v.name for v in variables)
         yield f"{_INDENT}{names}{place} : {unparse.declared_text(first)};{note}"
-    yield "END_VAR"
 
 
 def _pou(pou: ast.Pou) -> Iterator[str]:
