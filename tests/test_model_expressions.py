@@ -168,6 +168,7 @@ def test_contacts_and_coils(rung: str, expected: str) -> None:
     ("[i AND j] (a)", "compare numbers first"),
     ("[warm = warm] (a)", "LD0410"),
     ("[m = 1] (a)", "LD0403 [1] this place needs a value of Mode, not INT"),
+    ("<warm: TON(PT := 500)> (a)", "LD0403 [500] pin `PT` needs TIME, not INT | a time has a unit, for example `T#500ms`"),
     ("[m = open] (a)", "LD0410"),
     ("[m > d] (a)", "LD0410"),
     ("[stopped = 1] (a)", "LD0412 [stopped] `stopped` is a value of Mode and Other | write `Mode#stopped`"),

@@ -132,6 +132,16 @@ def test_an_array_without_its_keyword_gets_advice() -> None:
     assert found.help == "an array is `ARRAY [1..n] OF type`, a subrange `INT (0..n)`"
 
 
+@pytest.mark.parametrize(("path", "body", "help"), [
+    ("x.st", "IF a := 3 THEN a := 1; END_IF;", "`:=` assigns; write `=` to compare"),
+    ("x.ld", "RUNG [a := 3] (b)", "`:=` assigns; write `=` to compare"),
+    ("x.st", "a += 1;", "write the variable on both sides: `a := a + b`"),
+])
+def test_habits_of_other_languages_get_advice(path: str, body: str, help: str) -> None:
+    _, (found,) = read(f"PROGRAM p VAR a : INT; b : BOOL; END_VAR {body} END_PROGRAM", path)
+    assert found.help == help
+
+
 def test_a_missing_semicolon_costs_only_its_own_declaration() -> None:
     lines = "a : BOOL\n b, c : INT; d : REAL\n e AT %IX0.0 : BOOL;"
     file, found = read(f"PROGRAM p VAR {lines} END_VAR END_PROGRAM")

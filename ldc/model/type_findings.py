@@ -31,7 +31,7 @@ def _holds(type_: Type) -> str:
 
 def mismatch(diagnostics: Diagnostics, span: Span, wanted: Type, got: Type, what: str = "") -> None:
     message = f"{what or 'this place'} needs {described(wanted)}, not {described(got)}"
-    _mismatch(diagnostics, span, message, got, conversion_help(got, wanted))
+    _mismatch(diagnostics, span, message, got, _literal_help(span, wanted) or conversion_help(got, wanted))
 
 
 def not_storable(diagnostics: Diagnostics, span: Span, pin: str, given: Type, target: Type) -> None:
@@ -42,6 +42,16 @@ def not_storable(diagnostics: Diagnostics, span: Span, pin: str, given: Type, ta
 
 def _mismatch(diagnostics: Diagnostics, span: Span, message: str, there: Type, help: str) -> None:
     diagnostics.error("LD0403", message, span, f"this is {described(there)}", help=help)
+
+
+def _literal_help(span: Span, wanted: Type) -> str:
+    """How to write the value where a literal stands."""
+    wanted = storage(wanted)
+    if isinstance(wanted, Elementary) and wanted.kind == "time" and span.text.isdecimal():
+        return f"a time has a unit, for example `T#{span.text}ms`"
+    if isinstance(wanted, String) and wanted.name == "STRING" and span.text.startswith('"'):
+        return "a STRING stands in single quotes, `'text'`"
+    return ""
 
 
 def conversion_help(got: Type, wanted: Type) -> str:

@@ -129,4 +129,8 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
         return "an array is `ARRAY [1..n] OF type`, a subrange `INT (0..n)`"
     if what == "declaration" and kind == "=":
         return "an initial value is given with `:=`"
+    if kind == ":=" and (what == "condition" or closer == "]"):
+        return "`:=` assigns; write `=` to compare"
+    if what == "statement" and text[at : at + 2] in ("+=", "-=", "*=", "/="):
+        return f"write the variable on both sides: `a := a {text[at]} b`"
     return f"write {wanted} here"
