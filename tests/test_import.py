@@ -23,7 +23,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, format_of
 from ldc.parser.formats import FORMATS
 from ldc.parser.unparse import expr_text
-from ldc.parser.write import ending, written
+from ldc.parser.write import written
 from ldc.pipeline import compile_paths
 from ldc.source import SourceFile
 

@@ -34,9 +34,9 @@ def call(name, *arguments):
     """Calls with (type, value) pairs: resolved, converted, executed."""
     found = typed(name, *(t for t, _ in arguments))
     values = []
-    for (given, value), wanted in zip(arguments, found.parameters, strict=True):
-        step = functions.conversion(given, wanted)
-        values.append(functions.meaning(step, (given,), wanted)(value))
+    for (source, value), wanted in zip(arguments, found.parameters, strict=True):
+        step = functions.conversion(source, wanted)
+        values.append(functions.meaning(step, (source,), wanted)(value))
     return functions.meaning(found.name, found.parameters, found.result)(*values)
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from ldc.source import SourceFile, Span
 
 if TYPE_CHECKING:
-    from ldc.parser.sfc import SfcBody
     from ldc.parser.statements import StatementBody
 
 # ---- expressions ------------------------------------------------------------------------------

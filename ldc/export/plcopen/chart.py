@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element
 
 from ldc.export.plcopen.chart_places import Extent, chart_places
-from ldc.export.plcopen.chart_plan import JUMP, STEP, TRANSITION, WIRE, Part, plan, test_order
+from ldc.export.plcopen.chart_plan import JUMP, STEP, TRANSITION, Part, plan, test_order
 from ldc.export.plcopen.places import CHARACTER, GAP, LINE, value_width
 from ldc.export.plcopen.tags import add, code, formatted, number, own_data
 from ldc.draw.labels import text_width

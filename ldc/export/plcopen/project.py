@@ -16,7 +16,7 @@ from ldc.export.plcopen.tags import NAMESPACE, XHTML, add, code, formatted, own_
 from ldc.graph.rung import RungGraph
 from ldc.model.project import Model
 from ldc.parser import ast
-from ldc.parser.plcopen.document import Document, Node
+from ldc.parser.plcopen.document import Document
 from ldc.parser.plcopen.kept import fingerprint
 from ldc.parser.sfc import Action, SfcBody, Transition
 from ldc.parser.sfc import Body as ChartPart
