@@ -1,8 +1,9 @@
-"""Firmware against branch-free C written by hand, on the same Cortex-M3: instructions and flash for a contact.
+"""Firmware against branch-free C written by hand, on the same Cortex-M3: instructions and flash for a
+contact.
 
-Both are in one image, compiled with the same flags (-Os). QEMU counts instructions (``-icount``: SysTick goes by them);
-all inputs are set at random before each scan, and all results are compared. New random rungs in every round.
-"""
+Both are in one image, compiled with the same flags (-Os). QEMU counts instructions (``-icount``: SysTick goes
+by them); all inputs are set at random before each scan, and all results are compared. New random rungs in
+every round. """
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ import _yardstick
 
 from ldc import pipeline
 from ldc.backends.c.emit import File
-from ldc.backends.firmware import report
+from ldc.backends.firmware import qemu, report
 from ldc.cli import firmware
 from ldc.components import toolchain
 from ldc.manifest import Sources
@@ -98,8 +99,8 @@ def measured(count: int, seed: int) -> tuple[list[tuple[float, float]], tuple[in
     at = {path.rpartition(".")[2]: machine.spot(machine.find([path])[0]).offset for path, _ in machine.paths()
           if re.fullmatch(r"\w+\.[mx]\d+", path)}
     inputs = _programs.inputs_of(count)
-    text = _MAIN.format(places=", ".join(str(at[f"m{n}"]) for n in range(count)), words=(40 * count + inputs) // 8 * 3,
-                        seed=seed | 1, scans=SCANS, inputs=inputs, first=at["x0"], count=count)
+    text = _MAIN.format(places=", ".join(str(at[f"m{n}"]) for n in range(count)), count=count, inputs=inputs,
+                        words=(40 * count + inputs) // 8 * 3, seed=seed | 1, scans=SCANS, first=at["x0"])
     image = plan.images[0]
     kept = [file for file in image.files if file.name != "job.c"]
     files = (*kept, File("bench.c", text, f"bench {text}"),
@@ -108,15 +109,18 @@ def measured(count: int, seed: int) -> tuple[list[tuple[float, float]], tuple[in
     with tempfile.TemporaryDirectory() as folder:
         built = firmware.built(plan, Path(folder), "bench").images[0]
         sizes = report.of_files(built)
-        flash = sum(sizes.get(file.name, 0) for file in plan.code.files if file.name not in ("ldc_runtime.c", "main.c"))
-        done = subprocess.run(
-            [toolchain.find(toolchain.QEMU_ARM), "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial",
-             "stdio", "-semihosting-config", "enable=on,target=native", "-icount", f"shift={SHIFT}", "-kernel",
-             str(built.elf)], capture_output=True, text=True, check=False, timeout=60, stdin=subprocess.DEVNULL)
+        names = {file.name for file in plan.code.files} - {"ldc_runtime.c", "main.c"}
+        flash = sum(sizes.get(name, 0) for name in names)
+        command = [*qemu.command(toolchain.find(toolchain.QEMU_ARM), board), "-icount", f"shift={SHIFT}",
+                   "-kernel", str(built.elf)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60,
+                              stdin=subprocess.DEVNULL)
     if done.returncode:
         raise SystemExit(f"the firmware ended with {done.returncode}: {done.stdout[-300:]}")
-    pairs = [(int(a, 16) / TICKS, int(b, 16) / TICKS) for a, b in re.findall(r"scan (\w+) (\w+)", done.stdout)]
-    contacts = 6 * count + sum(rung.block is not None and rung.block[0] == "CTU" for rung in _programs.mixed(count, seed))
+    found = re.findall(r"scan (\w+) (\w+)", done.stdout)
+    pairs = [(int(one, 16) / TICKS, int(two, 16) / TICKS) for one, two in found]
+    blocks = [rung.block[0] for rung in _programs.mixed(count, seed) if rung.block is not None]
+    contacts = 6 * count + blocks.count("CTU")
     return pairs[1:], (flash, sizes["by_hand.c"]), contacts
 
 
@@ -130,7 +134,7 @@ def main(count: int = COUNT, rounds: int = ROUNDS) -> None:
                 kept.append(value)
         for kept, value in zip(bytes_, (flash / contacts, by_hand / contacts, flash / by_hand), strict=True):
             kept.append(value)
-    rows = [[f"{what}: {who}", _tables.spread(values[n]), f"{statistics.median(values[2]):.2f}" if not n else ""]
+    rows = [[f"{what}: {who}", _tables.spread(values[n]), "" if n else f"{statistics.median(values[2]):.2f}"]
             for what, values in (("instructions a contact", scans), ("bytes of flash a contact", bytes_))
             for n, who in ((0, "firmware"), (1, "C by hand"))]
     notes = [f"{what}: {_tables.verdict(statistics.median(values[2]), BOUND, False)}"

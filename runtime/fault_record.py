@@ -1,4 +1,5 @@
-"""The fault that generated C left in its block of memory, as an error and places (docs/native.md, "Memory")."""
+"""The fault that generated C left in its block of memory, as an error and places (docs/native.md,
+"Memory")."""
 
 from __future__ import annotations
 
@@ -16,9 +17,10 @@ Parts = tuple[tuple[str, tuple[int, ...]], ...]
 """For every driver by number the name of its POU and the first rung of each part."""
 
 
-def read(block: Block, parts: Parts, memory: bytes | memoryview, limit: int) -> tuple[Exception, tuple[Place, ...]]:
-    """The fault that a run ended in, and where: calls first. ``memory``: the begin of the block; ``limit``: of
-    the watchdog."""
+def read(block: Block, parts: Parts, memory: bytes | memoryview,
+         limit: int) -> tuple[Exception, tuple[Place, ...]]:
+    """The fault that a run ended in, and where: calls first. ``memory``: the begin of the block; ``limit``:
+    of the watchdog."""
     kind, = unpack_from("<I", memory, _FAULT)
     index, low, high = unpack_from("<Qqq" if kind == _UNSIGNED else "<qqq", memory, _INDEX)
     depth, = unpack_from("<I", memory, _DEPTH)

@@ -7,7 +7,8 @@ enum { SIZE = 148 };
 static volatile uint32_t master[8], slave[8];
 static volatile uint8_t slot[SIZE];
 static uint8_t taken[SIZE];
-static const p_channel channel = { master, master + 1, slave + 2, slave + 3, slave + 4, slave + 5, slot, SIZE, 3 };
+static const p_channel channel = { master, master + 1, slave + 2, slave + 3, slave + 4, slave + 5, slot, SIZE,
+                                   3 };
 static uint64_t dice;
 
 static uint32_t drawn(uint64_t *from, uint32_t below) {
@@ -34,8 +35,9 @@ static void cleared(void) {
     for (int i = 0; i < 8; i++) master[i] = slave[i] = 0;
 }
 
-/* How many of `count` messages arrived wrong, twice, not at all, or were given up. `damage`: how often of 1000 a byte in
-   the slot (of the envelope, but not the length, or of the data) changes while data are on their way. */
+/* How many of `count` messages arrived wrong, twice, not at all, or were given up. `damage`: how often of
+   1000 a byte in the slot (of the envelope, but not the length, or of the data) changes while data are on
+   their way. */
 uint32_t random_order(uint32_t count, uint64_t seed, uint32_t damage) {
     p_sender sender = { .channel = &channel };
     p_receiver receiver = { .channel = &channel, .algorithms = 1, .data = taken };

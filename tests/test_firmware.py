@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -21,8 +22,9 @@ from ldc.source import SourceFile
 from runtime.stimuli import Stimuli
 
 SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml"))
-MISSING = [t.command for t in (toolchain.GCC, toolchain.ARM_GCC, toolchain.QEMU_ARM) if toolchain.find(t) is None]
-pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed: script/bootstrap --with-arm")
+TOOLS = toolchain.GCC, toolchain.ARM_GCC, toolchain.QEMU_ARM
+MISSING = ", ".join(tool.command for tool in TOOLS if toolchain.find(tool) is None)
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{MISSING} not installed: script/bootstrap --with-arm")
 TRAILER = re.compile(r"^\d+ scans?.* of virtual time\n", re.MULTILINE)
 
 
@@ -61,8 +63,36 @@ def test_a_component_of_a_slave_runs_there_and_does_the_same(run, tmp_path: Path
     assert main(["build", str(folder), "--target", "cortex-m33", "-o", "out"]) == 0
     master, slave = capsys.readouterr().out.split("\n\n")
     assert "PROGRAM feeder" in master and "PROGRAM" not in slave and "FUNCTION_BLOCK SLIDE" in slave
-    code = [(tmp_path / "out" / name).read_text().count("sqrtf") for name in ("two_cores.map", "slave1/two_cores.map")]
-    assert code[0] == 0 < code[1]
+    maps = [(tmp_path / "out" / name).read_text() for name in ("two_cores.map", "slave1/two_cores.map")]
+    assert "sqrtf" not in maps[0] and "sqrtf" in maps[1]
+
+
+def changed_slide(statement: str) -> str:
+    """The sample with two processors, with one more statement in its component."""
+    shutil.copytree(SAMPLES[0].parent / "two_cores", "plant")
+    source = Path("plant/slide.c")
+    before = "    float wanted = 0.0f;\n"
+    source.write_text(source.read_text().replace(before, f"{before}{statement}\n"))
+    return "plant"
+
+
+def test_a_slave_that_hangs_is_an_error_of_the_component(run) -> None:
+    """The master goes on; what the component gave before stays."""
+    source = changed_slide("    while (in->enable && out->position > 0.5f) { }")
+    watched = "--scans", "5", "--watch", "slide.position,slide.error"
+    status, trace, said = run(source, "--target", "cortex-m33", *watched)
+    assert (status, said) == (0, "")
+    assert trace.splitlines()[3:] == ["2,20,0.59999996,0", "3,30,0.59999996,10", "4,40,0.59999996,10"]
+
+
+def test_a_fault_of_the_processor_is_told_with_the_line_of_the_component(run) -> None:
+    statement = "    wanted = *(volatile float *)((const char *)in + (in->enable ? 0x60000000 : 0));"
+    source = changed_slide(statement)
+    line = Path("plant/slide.c").read_text().splitlines().index(statement) + 1
+    for target in ("cortex-m3", "cortex-m33"):
+        status, trace, said = run(source, "--target", target)
+        assert (status, trace) == (1, "")
+        assert re.search(rf"error\[LD0644\]: .*/slide\.c:{line}: access to memory that is not there", said), said
 
 
 @pytest.mark.parametrize("name", sorted(board.known()))
@@ -176,7 +206,8 @@ def test_values_of_all_kinds_go_in_and_come_out(target: str, run) -> None:
     names = "bits,bit,r,l,t,s,w,i,u,e,text,again,big,odd"
     expected = run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names)
     assert expected[0] == 0
-    assert run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names, "--target", target) == expected
+    found = run(source, "--inputs", "in.csv", "--scans", "12", "--watch", names, "--target", target)
+    assert found == expected
 
 
 BOARD = """
@@ -210,9 +241,9 @@ def test_a_board_of_a_user_scans_in_real_time(tmp_path: Path, monkeypatch, capsy
     Path("io.c").write_text(IO)
     sample = str(SAMPLES[0].parent / "start_stop")
     assert main(["build", sample, "--target", "cortex-m3", "--board", "mine.toml", "-o", "out"]) == 0
-    command = [toolchain.find(toolchain.QEMU_ARM), "-M", "mps2-an385", "-display", "none", "-monitor", "none", "-serial",
-               "stdio", "-semihosting-config", "enable=on,target=native", "-kernel", "out/start_stop.elf"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True, stdin=subprocess.DEVNULL)
+    command = qemu.command(toolchain.find(toolchain.QEMU_ARM), board.known()["mps2-an385"])
+    done = subprocess.run([*command, "-kernel", "out/start_stop.elf"], capture_output=True, text=True,
+                          timeout=30, check=True, stdin=subprocess.DEVNULL)
     assert done.stdout == "001111\n"
     capsys.readouterr()
     assert main(["run", sample, "--target", "cortex-m3", "--board", "mine.toml"]) == 2
@@ -222,12 +253,13 @@ def test_a_board_of_a_user_scans_in_real_time(tmp_path: Path, monkeypatch, capsy
 @pytest.mark.parametrize(("damage", "code"), [
     (('flash = { base = 0, size = 0x10_0000 }', ''), "LD0640"), (('"cortex-m3"', '"cortex-m4"'), "LD0640"),
     (("clock_hz = 25", "clock = 25"), "LD0611"), (("clock_hz = 25_000_000", "clock_hz ="), "LD06"),
-    (('["-mcpu=cortex-m3", ', '["-o/tmp/x", '), "LD06"), (("size = 0x10_0000", "size = 0x10_0000_0000_0000"), "LD06")])
-def test_a_wrong_board_file_is_told(damage: tuple[str, str], code: str, tmp_path: Path, monkeypatch, capsys) -> None:
+    (('["-mcpu=cortex-m3", ', '["-ofile", '), "LD06"),
+    (("size = 0x10_0000", "size = 0x10_0000_0000_0000"), "LD06")])
+def test_a_wrong_board_file_is_told(damage, code: str, tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(BOARD.replace(*damage, 1))
-    arguments = ["build", str(SAMPLES[0].parent / "start_stop"), "--target", "cortex-m3", "--board", "mine.toml"]
-    assert main(arguments) == 1
+    sample = str(SAMPLES[0].parent / "start_stop")
+    assert main(["build", sample, "--target", "cortex-m3", "--board", "mine.toml"]) == 1
     assert f"[{code}" in capsys.readouterr().err
 
 

@@ -9,6 +9,8 @@ import cffi
 import native
 import pytest
 
+from ldc.components import toolchain
+
 pytestmark = native.needs_gcc
 ROOM = Path(__file__).resolve().parents[1] / "ldc" / "backends" / "firmware" / "runtime"
 
@@ -16,12 +18,13 @@ ROOM = Path(__file__).resolve().parents[1] / "ldc" / "backends" / "firmware" / "
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory):
     target = tmp_path_factory.mktemp("handshake") / "driver.so"
-    subprocess.run(["gcc", "-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-pthread", "-I", str(ROOM),
-                    "-o", str(target), str(Path(__file__).with_name("p_driver.c")), str(ROOM / "p_handshake.c")],
-                   check=True)
+    sources = Path(__file__).with_name("p_driver.c"), ROOM / "p_handshake.c"
+    flags = "-std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared -pthread".split()
+    command = [toolchain.find(toolchain.GCC), *flags, "-I", str(ROOM), "-o", str(target), *map(str, sources)]
+    subprocess.run(command, check=True)
     ffi = cffi.FFI()
-    ffi.cdef("uint16_t p_crc(uint16_t, const uint8_t *, uint32_t); uint32_t random_order(uint32_t, uint64_t, uint32_t);"
-             "uint32_t two_threads(uint32_t); int32_t refused(uint32_t);")
+    ffi.cdef("uint16_t p_crc(uint16_t, const uint8_t *, uint32_t); uint32_t two_threads(uint32_t);"
+             "uint32_t random_order(uint32_t, uint64_t, uint32_t); int32_t refused(uint32_t);")
     return ffi.dlopen(str(target))
 
 

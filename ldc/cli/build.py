@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ldc.backends.c.emit import HEADER, BuildPlan
 from ldc.cli.compiling import compiled
-from ldc.cli.console import OK, Failure, say
+from ldc.cli.console import OK, Failure, UsageError, say
 from ldc.cli.inputs import read
 from ldc.cli.native import artifact
 from ldc.cli.output import write_file
@@ -31,6 +31,8 @@ def run(options: argparse.Namespace) -> int:
         from ldc.cli import build_firmware  # loads what only firmware needs
 
         return build_firmware.run(options)
+    if options.board:
+        raise UsageError("--board is for firmware: name its processor with --target, such as cortex-m3")
     folder = Path(options.folder)
     layout, areas = before(folder, IMAGE, ABOUT)
     result = compiled(read(options.sources), previous=layout)

@@ -12,7 +12,7 @@ from ldc.backends.firmware.tools import Firmware, address_of
 from ldc.cli import firmware
 from ldc.cli.build import before, places, write_sources
 from ldc.cli.compiling import compiled
-from ldc.cli.console import OK, say
+from ldc.cli.console import OK, UsageError, say
 from ldc.cli.inputs import read
 from ldc.cli.output import write_file
 from ldc.cli.run import resource_to_run
@@ -24,8 +24,10 @@ IMAGE, ABOUT = "program.img", "firmware.json"
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes .elf, .bin and .map, the sources, the description of the memory, and the image that the next build keeps
-    the places of variables from; the sizes go to standard output."""
+    """Writes .elf, .bin and .map, the sources, the description of the memory, and the image that the next
+    build keeps the places of variables from; the sizes go to standard output."""
+    if options.sanitize:
+        raise UsageError("--sanitize is for --target host: firmware has nobody to tell")
     board, room = firmware.chosen(options.target, options.board)
     folder = Path(options.folder)
     layout, areas = before(folder, IMAGE, ABOUT)
@@ -37,8 +39,8 @@ def run(options: argparse.Namespace) -> int:
     made = firmware.built(plan, folder, name)
     for image in plan.images:
         place = folder if image.processor == "master" else folder / image.processor
-        rewritten = {part.file: part.text for part in image.parts}
-        write_sources({**image.headers, **{file.name: file.text for file in image.files}, **rewritten}, place / "c")
+        texts = image.headers | {file.name: file.text for file in image.files}
+        write_sources(texts | {part.file: part.text for part in image.parts}, place / "c")
     write_file(folder / IMAGE, result.image.data)
     write_file(folder / ABOUT, json.dumps(about(made, machine.period_ns), indent=1).encode() + b"\n")
     print("\n\n".join(table(made, number) for number in range(len(made.images))))
@@ -60,8 +62,9 @@ def about(made: Firmware, period: int) -> dict[str, object]:
     begin = address_of(made.images[0].elf, "ldc_block")
     part = block.program.resources[block.resource]
     return {
-        "abi": 1, "target": made.plan.board.target, "board": made.plan.board.name, "image": made.images[0].elf.name,
-        "digest": made.plan.digest, "block": {"address": begin, "size": block.size}, "areas": dict(block.areas),
+        "abi": 1, "target": made.plan.board.target, "board": made.plan.board.name,
+        "image": made.images[0].elf.name, "digest": made.plan.digest,
+        "block": {"address": begin, "size": block.size}, "areas": dict(block.areas),
         "period_ns": period, "programs": [run.name for run in part.runs],
         "tasks": [{"name": t.name, "interval_ns": t.interval, "priority": t.priority} for t in part.tasks],
         "variables": {path: {**place, "address": begin + place["offset"]} for path, place in places(block)},

@@ -1,4 +1,5 @@
-"""Firmware for a command: what a machine knows of tasks and places goes into a plan, an image, and into QEMU."""
+"""Firmware for a command: what a machine knows of tasks and places goes into a plan, an image, and into
+QEMU."""
 
 from __future__ import annotations
 
@@ -36,15 +37,16 @@ def chosen(target: str, wanted: str | None) -> tuple[Board, Path | None]:
 
 def machine(result: pipeline.Compiled, resource: int, period: int | None, manifest: Manifest | None,
             areas: Mapping[str, int] | None = None) -> Machine:
-    """The machine that goes through what the firmware did, before it is built. ``areas``: the sizes of I, Q and M
-    of the build before."""
+    """The machine that goes through what the firmware did, before it is built. ``areas``: the sizes of I, Q
+    and M of the build before."""
     memory = block.make(result.program, result.image.layout, resource, areas)
-    return Machine(result.program, resource, period or (manifest.period if manifest else None), block=memory, parts=())
+    period = period or (manifest.period if manifest else None)
+    return Machine(result.program, resource, period, block=memory, parts=())
 
 
 def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | None) -> FirmwarePlan:
-    """All files of the firmware for a machine, which then knows the map of the code. ``room``: the folder of a
-    board file. Raises Invalid and Failure."""
+    """All files of the firmware for a machine, which then knows the map of the code. ``room``: the folder of
+    a board file. Raises Invalid and Failure."""
     tasks = [TaskPlan(s.task.name, s.task.interval or 0, s.task.watchdog, s.runs, made.single_spot(s),
                       made.safe_values(s)) for s in made.schedules]
     if len(tasks) > plan.TASKS_MOST:
@@ -67,13 +69,16 @@ def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | No
 
 
 def source_text(path: Path) -> str:
-    """A C file of a board, so that the compiler names it in what it says. Raises OSError, UnicodeDecodeError."""
+    """A C file of a board, so that the compiler names it in what it says. Raises OSError,
+    UnicodeDecodeError."""
     name = path.as_posix().replace("\\", "\\\\").replace('"', '\\"')
     return f'#line 1 "{name}"\n' + path.read_text(encoding="utf-8")
 
 
-def divided(natives: Sequence[Native], on: Board, diagnostics: Diagnostics) -> tuple[list[Numbered], list[Numbered]]:
-    """The components of the master and those of slave1, each with its number. A board with one processor runs all."""
+def divided(natives: Sequence[Native], on: Board,
+            diagnostics: Diagnostics) -> tuple[list[Numbered], list[Numbered]]:
+    """The components of the master and those of slave1, each with its number. A board with one processor runs
+    all."""
     numbered = list(enumerate(natives))
     if on.second is None:
         return numbered, []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ldc.cli import firmware
 from ldc.cli.compiling import compiled, locator
-from ldc.cli.console import Failure, report, say
+from ldc.cli.console import Failure, UsageError, report, say
 from ldc.cli.inputs import read
 from ldc.cli.run import displayed, resource_to_run, run_length, stimuli_of, watched
 from ldc.render import plural
@@ -18,6 +18,8 @@ from runtime.values import milliseconds
 
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
+    if options.engine == "native" or options.sanitize:
+        raise UsageError("--target runs firmware: --engine and --sanitize are for runs on this computer")
     board, room = firmware.chosen(options.target, options.board)
     sources = read(options.sources)
     result = compiled(sources)
@@ -36,5 +38,6 @@ def run(options: argparse.Namespace) -> int:
                 sample()
     except BrokenTrace as error:
         raise Failure(f"the trace of the firmware is broken: {error}") from error
-    say(f"{plural(scans, 'scan')} on {board.name}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
+    length = milliseconds(scans * machine.period_ns)
+    say(f"{plural(scans, 'scan')} on {board.name}, {length} ms of virtual time")
     return report((fault.diagnostic() for fault in machine.faults), locator(result))

@@ -1,10 +1,10 @@
 """A machine whose scans a microcontroller has executed: a job tells it what to do, the trace what happened.
 
-A job, words of 32 bits: ``LDCJ``, scans, the scan before which the processor starts anew (``END``: none), how many ranges are watched, offset and size of each; then of every scan
-with changes its number, how many changes, and these (``ldc.il.changes``); at the end ``END``.
-The trace: ``F``, a task (8 bits) and the begin of the block when that task stops; ``S`` and the bytes of the watched
-ranges after each scan; ``E`` and the whole block at the end.
-"""
+A job, words of 32 bits: ``LDCJ``, scans, the scan before which the processor starts anew (``END``: none), how
+many ranges are watched, offset and size of each; then of every scan with changes its number, how many
+changes, and these (``ldc.il.changes``); at the end ``END``. The trace: ``F``, a task (8 bits) and the begin
+of the block when that task stops; ``S`` and the bytes of the watched ranges after each scan; ``E`` and the
+whole block at the end. """
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ class Machine(InBlock):
     # ---- before the run
 
     def job(self, scans: int, watched: Iterable[Symbol], stimuli: Stimuli, restart: int = END) -> bytes:
-        """The job of some scans; the trace of it is to be given to ``replay``. ``restart``: the scan before which
-        the processor starts anew."""
+        """The job of some scans; the trace of it is to be given to ``replay``. ``restart``: the scan before
+        which the processor starts anew."""
         self._ranges = _merged(self._extent(symbol) for symbol in watched)
         words = [MAGIC, scans, restart, len(self._ranges)]
         for pair in self._ranges:
@@ -93,7 +93,8 @@ class Machine(InBlock):
     def scan(self) -> None:
         while (mark := self._take(1)) == b"F":
             schedule = self.schedules[self._take(1)[0]]
-            self.stop(schedule, *fault_record.read(self.block, self.parts, self._take(_RECORD), schedule.task.watchdog))
+            record, limit = self._take(_RECORD), schedule.task.watchdog
+            self.stop(schedule, *fault_record.read(self.block, self.parts, record, limit))
         if mark != b"S":
             raise BrokenTrace("a scan is missing")
         for offset, size in self._ranges:

@@ -1,7 +1,7 @@
 #include <math.h>
 #include "slide.h"
 
-/* The speed from which the slope stops the slide within a distance; the next step is driven before it acts. */
+/* The speed from which the slope stops the slide within a distance, after the next step. */
 static float stopping(float distance, float step, float slope)
 {
     return sqrtf(2.0f * slope * fmaxf(fabsf(distance) - fabsf(step), 0.0f));

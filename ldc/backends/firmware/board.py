@@ -45,8 +45,8 @@ class Qemu(Struct, frozen=True):
 
 
 class Second(Struct, frozen=True):
-    """A second processor, slave1: its memory, what both share, and the registers that let it run (``table``: where
-    its vectors are; ``wait``: 0 releases it)."""
+    """A second processor, slave1: its memory, what both share, and the registers that let it run (``table``:
+    where its vectors are; ``wait``: 0 releases it)."""
 
     flash: Region = Region()
     ram: Region = Region()
@@ -56,9 +56,10 @@ class Second(Struct, frozen=True):
 
 
 class Board(Struct, frozen=True):
-    """A board file. ``cpu``: options of the compiler; ``clock_hz``: of SysTick; ``stack``: bytes; ``retain``: memory that keeps
-    its content without power (without it, RETAIN lasts over a reset only); ``sources``: C
-    files beside the board file that are compiled in; ``default``: the board of its target when none is named."""
+    """A board file. ``cpu``: options of the compiler; ``clock_hz``: of SysTick; ``stack``: bytes; ``retain``:
+    memory that keeps its content without power (without it, RETAIN lasts over a reset only); ``sources``: C
+    files beside the board file that are compiled in; ``default``: the board of its target when none is
+    named."""
 
     target: Literal["cortex-m3", "cortex-m4", "cortex-m33"] = "cortex-m3"
     name: str = ""

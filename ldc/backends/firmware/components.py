@@ -1,4 +1,5 @@
-"""Components in C and C++ inside of an image: rewritten with the addresses that its variables have (SPEC 9.4)."""
+"""Components in C and C++ inside of an image: rewritten with the addresses that its variables have (SPEC
+9.4)."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Enum, Subrange
 
 _TOOLS = toolchain.ARM_GCC, toolchain.ARM_GXX
-_FLAGS = ("-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing", "-ffunction-sections",
-          "-fdata-sections", "-fno-asynchronous-unwind-tables")
+_FLAGS = ("-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
+          "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
 _CXX = ("-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics")
 
 
@@ -38,11 +39,13 @@ class Part:
     @property
     def file(self) -> str:
         """What its rewritten sources are called together."""
-        return f"body_{self.native.component.entry}{'.cpp' if self.native.component.language == 'c++' else '.c'}"
+        component = self.native.component
+        return f"body_{component.entry}{'.cpp' if component.language == 'c++' else '.c'}"
 
 
 def binding(native: Native) -> Binding:
-    """How generated code calls a component of the same image: without a window, for it sees the memory itself."""
+    """How generated code calls a component of the same image: without a window, for it sees the memory
+    itself."""
     return Binding(native.unit.name, Path(), native.component.entry)
 
 
@@ -75,15 +78,16 @@ def symbol(number: int) -> str:
     return f"ldc_entry_{number}"
 
 
-def build(natives: Iterable[tuple[int, Native]], memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics
-          ) -> list[Part]:
-    """The objects of some components, each with its number, from the cache or made now; those that cannot be made
-    are left out, with findings. Raises OSError when the cache cannot be written."""
+def build(natives: Iterable[tuple[int, Native]], memory: AddressMap, cpu: Sequence[str],
+          diagnostics: Diagnostics) -> list[Part]:
+    """The objects of some components, each with its number, from the cache or made now; those that cannot be
+    made are left out, with findings. Raises OSError when the cache cannot be written."""
     made = (_part(number, native, memory, cpu, diagnostics) for number, native in natives)
     return [part for part in made if part is not None]
 
 
-def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str], diagnostics: Diagnostics) -> Part | None:
+def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str],
+          diagnostics: Diagnostics) -> Part | None:
     component = native.component
     cxx = component.language == "c++"
     entry = symbol(number)
@@ -99,12 +103,13 @@ def _part(number: int, native: Native, memory: AddressMap, cpu: Sequence[str], d
         header = (folder / file_name(component)).read_text(encoding="utf-8")
         key = hashlib.sha256("\0".join((*texts, header, *flags, compiler, entry)).encode()).hexdigest()
         target = gcc.cache_folder() / f"component-{key}.o"
-        if not target.exists() and not _compiled(native, texts, compiler, flags, entry, target, folder, diagnostics):
+        if not target.exists() and not _compiled(native, texts, [compiler, *flags], entry, target, folder,
+                                                 diagnostics):
             return None
     return Part(native, target, "\n".join(texts))
 
 
-def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequence[str], entry: str, target: Path,
+def _compiled(native: Native, texts: Sequence[str], command: Sequence[str], entry: str, target: Path,
               folder: Path, diagnostics: Diagnostics) -> bool:
     """Several sources become one object, in which only the entry has a name that others see."""
     component = native.component
@@ -116,13 +121,13 @@ def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequen
         path.write_text(text, encoding="utf-8")
         files.append(str(path))
     whole, alone = folder / "whole.o", folder / "alone.o"
-    status, _, said = toolchain.run([compiler, *flags, *own, "-nostdlib", "-r", "-o", str(whole), *files])
+    status, _, said = toolchain.run([*command, *own, "-nostdlib", "-r", "-o", str(whole), *files])
     toolchain.report(said, sources, component.span("function", "sources"), diagnostics)
     if status:
         return False
-    objcopy = gcc.beside(compiler, "objcopy")
-    gcc.run([objcopy, "--redefine-sym", f"{component.entry}={entry}", f"--keep-global-symbol={entry}", str(whole),
-             str(alone)])
+    objcopy = gcc.beside(command[0], "objcopy")
+    gcc.run([objcopy, "--redefine-sym", f"{component.entry}={entry}", f"--keep-global-symbol={entry}",
+             str(whole), str(alone)])
     target.parent.mkdir(parents=True, exist_ok=True)
     gcc.placed(alone.read_bytes(), target)
     return True
@@ -131,8 +136,10 @@ def _compiled(native: Native, texts: Sequence[str], compiler: str, flags: Sequen
 def bind(count: int) -> str:
     """The C file that tells generated code where its components are: numbers 0 to ``count`` - 1."""
     lines = ['#include "firmware.h"', "", "unsigned char *ldc_memory = ldc_block;",
-             "int32_t ldc_bind(uint32_t component, void (*entry)(const void *, void *, void *, uint32_t), uint8_t **memory);"]
-    lines += [f"void {symbol(n)}(const void *in, void *out, void *state, uint32_t microseconds);" for n in range(count)]
+             "int32_t ldc_bind(uint32_t component, void (*entry)(const void *, void *, void *, uint32_t),",
+             "                 uint8_t **memory);"]
+    lines += [f"void {symbol(n)}(const void *in, void *out, void *state, uint32_t microseconds);"
+              for n in range(count)]
     lines += ["", "void ldc_components(void) {"]
     lines += [f"    ldc_bind({n}, {symbol(n)}, 0);" for n in range(count)]
     return "\n".join([*lines, "}", ""])

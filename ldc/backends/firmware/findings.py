@@ -12,7 +12,8 @@ from ldc.source import SourceFile, Span
 def no_board(diagnostics: Diagnostics, wanted: str, known: list[str]) -> None:
     close = difflib.get_close_matches(wanted, known, 1)
     hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}."
-    _board(diagnostics, f"there is no board `{wanted}`", None, "", f"{hint} A board file is named with its ending, `my.toml`")
+    _board(diagnostics, f"there is no board `{wanted}`", None, "",
+           f"{hint} A board file is named with its ending, `my.toml`")
 
 
 def other_target(diagnostics: Diagnostics, name: str, has: str, target: str) -> None:
@@ -39,8 +40,9 @@ def does_not_fit(diagnostics: Diagnostics, board: str, what: str, size: int, ove
 
 
 def call_too_large(diagnostics: Diagnostics, native: Native, size: int, room: int) -> None:
-    _fit(diagnostics, f"a call of {native.unit.name} on a slave takes {size:,} bytes of shared memory, which has "
-         f"{room:,} for it", "give the component smaller inputs, outputs and state, or let the master run it")
+    _fit(diagnostics, f"a call of {native.unit.name} on a slave takes {size:,} bytes of shared memory, which "
+         f"has {room:,} for it",
+         "give the component smaller inputs, outputs and state, or let the master run it")
 
 
 def _fit(diagnostics: Diagnostics, message: str, help_: str) -> None:
@@ -49,9 +51,9 @@ def _fit(diagnostics: Diagnostics, message: str, help_: str) -> None:
 
 def no_processor(diagnostics: Diagnostics, native: Native, board: str) -> None:
     component = native.component
-    diagnostics.error("LD0646", f"component {component.name} runs on {component.processor}, which board `{board}` has not",
-                      component.span("function", "processor"), "its processor",
-                      help="this board has a master and slave1")
+    diagnostics.error(
+        "LD0646", f"component {component.name} runs on {component.processor}, which board `{board}` has not",
+        component.span("function", "processor"), "its processor", help="this board has a master and slave1")
 
 
 def no_end(diagnostics: Diagnostics, board: str, seconds: float) -> None:
@@ -61,9 +63,9 @@ def no_end(diagnostics: Diagnostics, board: str, seconds: float) -> None:
 
 def trap(diagnostics: Diagnostics, board: str, status: int, pc: int, where: str | None) -> None:
     place = f" at {where}" if where else f" at address {pc:#010x}" if pc else ""
-    diagnostics.error("LD0644", f"the processor of `{board}` stopped by a fault of its own{place}: {_meaning(status)}",
-                      None, help="a component that writes outside of its memory does this, or too deep a call: "
-                      "`stack` in the board file")
+    message = f"the processor of `{board}` stopped by a fault of its own{place}: {_meaning(status)}"
+    diagnostics.error("LD0644", message, None, help="a component that writes outside of its memory does this, or "
+                      "too deep a call: `stack` in the board file")
 
 
 def _meaning(status: int) -> str:
@@ -71,7 +73,8 @@ def _meaning(status: int) -> str:
     bits = {0: "code outside of memory", 1: "data access not allowed", 8: "code outside of memory",
             9: "access to memory that is not there", 10: "access to memory that is not there",
             12: "no memory for the stack", 16: "undefined instruction", 17: "jump to no code",
-            18: "broken return", 19: "no such coprocessor", 24: "access that is not aligned", 25: "division by zero"}
+            18: "broken return", 19: "no such coprocessor", 24: "access that is not aligned",
+            25: "division by zero"}
     found = [text for bit, text in bits.items() if status >> bit & 1]
     return found[0] if found else f"status {status:#010x}"
 

@@ -35,8 +35,8 @@ _HEADERS = ("firmware.h", "link.h", "p_handshake.h")
 
 @dataclass(frozen=True, slots=True)
 class TaskPlan:
-    """A task as firmware runs it, in order of priority. ``interval`` in nanoseconds, 0: every scan; ``single``:
-    the variable of SINGLE; ``safe``: what outputs become when it is stopped."""
+    """A task as firmware runs it, in order of priority. ``interval`` in nanoseconds, 0: every scan;
+    ``single``: the variable of SINGLE; ``safe``: what outputs become when it is stopped."""
 
     name: str
     interval: int
@@ -48,8 +48,8 @@ class TaskPlan:
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """What one processor runs. ``files`` are compiled with ``flags``, ``headers`` are what they include by name,
-    ``parts``: objects of components, ``script``: the linker script."""
+    """What one processor runs. ``files`` are compiled with ``flags``, ``headers`` are what they include by
+    name, ``parts``: objects of components, ``script``: the linker script."""
 
     processor: str
     files: tuple[File, ...]
@@ -63,8 +63,8 @@ class Image:
 
 @dataclass(frozen=True, slots=True)
 class FirmwarePlan:
-    """``images``: that of the master, then that of a slave if one has something to do. ``code``: the plan of the
-    program that is in the first. ``digest`` covers all."""
+    """``images``: that of the master, then that of a slave if one has something to do. ``code``: the plan of
+    the program that is in the first. ``digest`` covers all."""
 
     board: Board
     code: BuildPlan
@@ -73,11 +73,12 @@ class FirmwarePlan:
 
 
 def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], natives: Sequence[Native] = (),
-         parts: Sequence[Part] = (), remotes: Sequence[tuple[int, Native]] = (), remote_parts: Sequence[Part] = (),
-         further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
-    """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``natives``: its components
-    in C and C++, ``parts`` the objects of those on the master; ``remotes``: those of the slave, each with its number,
-    ``remote_parts`` their objects; ``further``: name and text of more C files of the board."""
+         parts: Sequence[Part] = (), remotes: Sequence[tuple[int, Native]] = (),
+         remote_parts: Sequence[Part] = (), further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
+    """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``natives``: its
+    components in C and C++, ``parts`` the objects of those on the master; ``remotes``: those of the slave,
+    each with its number, ``remote_parts`` their objects; ``further``: name and text of more C files of the
+    board."""
     flags = (*FLAGS, *board.cpu)
     code = emit.plan(memory, flags, map(components.binding, natives))
     own = list(_plant(memory, board, period, tasks))
@@ -90,7 +91,8 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
     own += _board(board, shared, slave=False, components=bool(natives))
     own += further
     more = {"places.h": _render("places.h.j2", places=list(_places(memory)))} if board.sources else {}
-    master = _image("master", board, board.flash, board.ram, (code.header, code.files), own, parts, flags, shared, more)
+    master = _image("master", board, board.flash, board.ram, (code.header, code.files), own, parts, flags,
+                    shared, more)
     images = (master,)
     if remotes:
         own = [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
@@ -109,8 +111,8 @@ def _plant(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan]) 
              "safe": tuple(changes.words(t.safe)), "single": _single(t.single)} for t in tasks]
     kept = [(offset, size) for _, offset, size, _ in retained(memory)]
     key = int(_digest(*(f"{path} {size} {type_}" for path, _, size, type_ in retained(memory)))[:8], 16)
-    yield "plant.c", _render("plant.c.j2", title=memory.program.name or "program", size=memory.size, period=period,
-                             reload=reload, ticks=ticks, tasks=rows,
+    yield "plant.c", _render("plant.c.j2", title=memory.program.name or "program", size=memory.size,
+                             period=period, reload=reload, ticks=ticks, tasks=rows,
                              initial=tuple(changes.from_zero(bytes(memory.initial()))), ranges=kept,
                              key=key, words=3 + -(-sum(size for _, size in kept) // 4))
     for name in (*_RUNTIME, *(_RETAIN if kept else ()), *(("job.c",) if board.qemu is not None else ())):
@@ -129,7 +131,8 @@ def _places(memory: Block) -> Iterator[tuple[str, str, int, int | None]]:
 
 
 def retained(memory: Block) -> list[tuple[str, int, int, str]]:
-    """Path, offset, size and hash of the type of the variables that are RETAIN, in the order of their paths."""
+    """Path, offset, size and hash of the type of the variables that are RETAIN, in the order of their
+    paths."""
     part = memory.program.resources[memory.resource]
     wanted = [(v.name, v) for v in memory.program.globals]
     for run in part.runs:
@@ -185,8 +188,8 @@ def _read(name: str) -> str:
 
 @cache
 def _environment() -> jinja2.Environment:
-    return jinja2.Environment(loader=jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text()),
-                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    loader = jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text())
+    return jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
                               undefined=jinja2.StrictUndefined, autoescape=False)
 
 

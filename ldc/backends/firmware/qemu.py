@@ -20,9 +20,17 @@ _TRAP = re.compile(r"ldc: trap cfsr=([0-9a-f]{8}) pc=([0-9a-f]{8}) lr=([0-9a-f]{
 _NO_ROOM = 5
 
 
-def run(board: Board, elves: Sequence[Path], job: bytes, timeout: float, diagnostics: Diagnostics) -> bytes | None:
-    """The trace of a job; ``elves``: the image of the master, then that of a slave. None, with findings, when QEMU is not there, ends badly, or does not end within
-    ``timeout`` seconds. Raises OSError when there is no room for files."""
+def command(path: str, board: Board) -> list[str]:
+    """How QEMU is called: without a screen, the serial port on standard output, files of this computer."""
+    return [os.path.abspath(path), "-M", board.qemu.machine, "-display", "none", "-monitor", "none", 
+            "-serial", "stdio", "-semihosting-config", "enable=on,target=native"]
+
+
+def run(board: Board, elves: Sequence[Path], job: bytes, timeout: float,
+        diagnostics: Diagnostics) -> bytes | None:
+    """The trace of a job; ``elves``: the image of the master, then that of a slave. None, with findings, when
+    QEMU is not there, ends badly, or does not end within ``timeout`` seconds. Raises OSError when there is no
+    room for files."""
     path = toolchain.find(toolchain.QEMU_ARM, diagnostics)
     if path is None:
         return None
@@ -30,10 +38,9 @@ def run(board: Board, elves: Sequence[Path], job: bytes, timeout: float, diagnos
     loaded = [word for elf in elves[1:] for word in ("-device", f"loader,file={elf}")]
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
         (Path(folder) / JOB).write_bytes(job)
-        command = [os.path.abspath(path), "-M", board.qemu.machine, "-display", "none", "-monitor", "none", "-serial", "stdio",
-                   "-semihosting-config", "enable=on,target=native", *board.qemu.options, *loaded, "-kernel", str(elves[0])]
+        called = [*command(path, board), *board.qemu.options, *loaded, "-kernel", str(elves[0])]
         try:
-            done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
+            done = subprocess.run(called, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
                                   timeout=timeout, check=False)
         except subprocess.TimeoutExpired:
             findings.no_end(diagnostics, board.name, timeout)

@@ -1,4 +1,5 @@
-"""Components that run on the second processor: what both images know of their structures, and where data pass."""
+"""Components that run on the second processor: what both images know of their structures, and where data
+pass."""
 
 from __future__ import annotations
 
@@ -17,18 +18,22 @@ _ENVELOPE, _HEAD = 20, 8
 
 
 def tables(remotes: Sequence[tuple[int, Native]], serves: bool) -> str:
-    """The C file with ``ldc_remotes``; the slave (``serves``) has the code, the master calls it by ``ldc_call``."""
+    """The C file with ``ldc_remotes``; the slave (``serves``) has the code, the master calls it by
+    ``ldc_call``."""
     lines = ["#include <stdbool.h>", "#include <stddef.h>", '#include "link.h"', ""]
     rows = []
     for at, (number, native) in enumerate(remotes):
         parts = c_types.members(native.unit)
         lines += [c_types.structure(f"part_{part}_{at}", variables) for part, variables in parts.items()]
         head = f"void {symbol(number)}(const void *in, void *out, void *state, uint32_t microseconds)"
-        lines += [f"{head};", *(() if serves else (f"{head} {{", f"    ldc_call({at}, in, out, state, microseconds);", "}"))]
+        lines.append(f"{head};")
+        if not serves:
+            lines += [f"{head} {{", f"    ldc_call({at}, in, out, state, microseconds);", "}"]
         lines += [f"_Static_assert(sizeof(part_{part}_{at}) == {size(variables)}, \"as planned\");"
                   for part, variables in parts.items()]
         sizes = ", ".join(f"sizeof(part_{part}_{at})" for part in parts)
-        rows.append(f"    {{ {symbol(number) if serves else 0}, {sizes}, offsetof(part_out_{at}, {ERROR}) }},")
+        entry = symbol(number) if serves else "0"
+        rows.append(f"    {{ {entry}, {sizes}, offsetof(part_out_{at}, {ERROR}) }},")
     return "\n".join([*lines, "", f"const uint32_t ldc_remote_count = {len(rows)};",
                       "const ldc_remote ldc_remotes[] = {", *rows, "};", ""])
 
@@ -53,9 +58,11 @@ def windows(board: Board, remotes: Sequence[tuple[int, Native]]) -> dict[str, in
     """The constants of both images: the areas of slave1 (SPEC 1.3) in the memory that is shared."""
     known = areas()
     first = known["SMD"].first()
-    found = {name: board.second.shared.base + known[name].first() - first for name in ("SMD", "MSD", "MPF", "SPF")}
+    base = board.second.shared.base - first
+    found = {name: base + known[name].first() for name in ("SMD", "MSD", "MPF", "SPF")}
     return {f"LDC_{name}": at for name, at in found.items()} | {
-        "LDC_SLOT": slot(remotes), "LDC_SECOND_TABLE": board.second.table, "LDC_SECOND_WAIT": board.second.wait,
+        "LDC_SLOT": slot(remotes),
+        "LDC_SECOND_TABLE": board.second.table, "LDC_SECOND_WAIT": board.second.wait,
         "LDC_SECOND_VECTORS": board.second.flash.base,
         "LDC_PATIENCE": min(max(patience(remotes), 5000) * board.clock_hz // 10**6, 0x7FFF_FFFF)}
 

@@ -31,7 +31,8 @@ class Row:
 
 @dataclass(slots=True)
 class Size:
-    """``rows``: POUs first, in the order of the program, then the rest; they add up to ``flash`` and ``ram``."""
+    """``rows``: POUs first, in the order of the program, then the rest; they add up to ``flash`` and
+    ``ram``."""
 
     rows: dict[str, Row] = field(default_factory=dict)
     flash: int = 0
@@ -65,7 +66,8 @@ def _divided(built: Built, prefixes: dict[str, str], own: frozenset[str], block:
         file = built.objects.get(path.rpartition("/")[2])
         flash, ram = size * (output in _FLASH), size * (output in _RAM)
         name = re.sub(r"^\.(text|rodata|data|bss)\.", "", section)
-        pou = next((p for p in lengths if _belongs(file, p) or _belongs(name, p)), None) if file in own else None
+        named = (p for p in lengths if _belongs(file, p) or _belongs(name, p))
+        pou = next(named, None) if file in own else None
         if file is not None and file.startswith("component "):
             found.add(f"FUNCTION_BLOCK {file.removeprefix('component ')}", flash, ram)
         elif pou is not None:
@@ -82,7 +84,8 @@ def _divided(built: Built, prefixes: dict[str, str], own: frozenset[str], block:
 
 
 def of_files(built: Built) -> dict[str, int]:
-    """Flash that each C file takes in an image, by its name; the libraries together under "". Raises OSError."""
+    """Flash that each C file takes in an image, by its name; the libraries together under "". Raises
+    OSError."""
     found: dict[str, int] = {}
     for output, _, size, path in _sections(built.map.read_text(encoding="utf-8", errors="replace")):
         if output in _FLASH and path != "fill":

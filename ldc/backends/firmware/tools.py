@@ -18,7 +18,8 @@ _OVERFLOW = re.compile(r"region `(FLASH|RAM)\w*' overflowed by (\d+) bytes")
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """One image: ``elf``, ``bin`` and the linker's ``map``; ``objects``: the names of files by those of their objects."""
+    """One image: ``elf``, ``bin`` and the linker's ``map``; ``objects``: the names of files by those of their
+    objects."""
 
     image: Image
     elf: Path
@@ -38,8 +39,9 @@ class Firmware:
 
 
 def build(plan: FirmwarePlan, folder: Path, name: str, diagnostics: Diagnostics) -> Firmware | None:
-    """The images: that of the master in ``folder`` as ``name`` with the endings .elf, .bin and .map, that of a
-    slave in a folder of its own in it. None with findings. Raises OSError when a folder cannot be written."""
+    """The images: that of the master in ``folder`` as ``name`` with the endings .elf, .bin and .map, that of
+    a slave in a folder of its own in it. None with findings. Raises OSError when a folder cannot be
+    written."""
     image = plan.images[0]
     try:
         compiler = gcc.find_compiler(diagnostics, toolchain.ARM_GCC)
@@ -62,14 +64,16 @@ def build(plan: FirmwarePlan, folder: Path, name: str, diagnostics: Diagnostics)
     return None
 
 
-def _built(image: Image, cpu: Sequence[str], folder: Path, name: str, compiler: gcc.Compiler) -> tuple[Built, int]:
+def _built(image: Image, cpu: Sequence[str], folder: Path, name: str,
+           compiler: gcc.Compiler) -> tuple[Built, int]:
     objects, compiled = gcc.compiled(image.files, image.headers, image.flags, compiler, gcc.cache_folder())
     parts = [part.path for part in image.parts]
     folder.mkdir(parents=True, exist_ok=True)
     elf, binary, map_, script = (folder / f"{name}{end}" for end in (".elf", ".bin", ".map", ".ld"))
     script.write_text(image.script, encoding="utf-8")
-    gcc.run([compiler.path, *cpu, "-nostartfiles", "-Wl,--gc-sections,--no-warn-rwx-segments", "-T", str(script),
-             f"-Wl,-Map={map_}", "-o", str(elf), *map(str, (*objects, *parts)), "-lm", "-lc", "-lgcc"])
+    gcc.run([compiler.path, *cpu, "-nostartfiles", "-Wl,--gc-sections,--no-warn-rwx-segments", "-T",
+             str(script), f"-Wl,-Map={map_}", "-o", str(elf), *map(str, (*objects, *parts)),
+             "-lm", "-lc", "-lgcc"])
     gcc.run([gcc.beside(compiler.path, "objcopy"), "-O", "binary", str(elf), str(binary)])
     names = {path.name: file.name for path, file in zip(objects, image.files, strict=True)}
     names |= {part.path.name: f"component {part.native.unit.name}" for part in image.parts}
@@ -77,7 +81,8 @@ def _built(image: Image, cpu: Sequence[str], folder: Path, name: str, compiler: 
 
 
 def address_of(elf: Path, symbol: str) -> int:
-    """The address of a symbol of an image. Raises CompilerFailed when the tools are gone, KeyError for the symbol."""
+    """The address of a symbol of an image. Raises CompilerFailed when the tools are gone, KeyError for the
+    symbol."""
     compiler = toolchain.find(toolchain.ARM_GCC) or toolchain.ARM_GCC.command
     for line in gcc.run([gcc.beside(compiler, "nm"), str(elf)]).splitlines():
         address, _, name = line.split(maxsplit=2) if line[:1] != " " else ("", "", "")

@@ -1,5 +1,6 @@
-/* A call is two transfers: time, inputs, outputs and state to the slave; number of the call, outputs and state back. The state of a
-   component stays with its instance in the master, so that the slave may be started anew at any moment. */
+/* A call is two transfers: time, inputs, outputs and state to the slave; number of the call, outputs and
+   state back. The state of a component stays with its instance in the master, so that the slave may be
+   started anew at any moment. */
 #include "link.h"
 #include "board.h"
 

@@ -1,5 +1,5 @@
-/* Scans in real time: SysTick tells when the next one begins. A board gives inputs and takes outputs by defining
-   `ldc_board_inputs` and `ldc_board_outputs`. */
+/* Scans in real time: SysTick tells when the next one begins. A board gives inputs and takes outputs by
+   defining `ldc_board_inputs` and `ldc_board_outputs`. */
 #include "firmware.h"
 
 #define SYST_CSR (*(volatile uint32_t *)0xE000E010u)

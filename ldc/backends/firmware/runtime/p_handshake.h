@@ -1,15 +1,15 @@
 /* The transfer of data between two processors over shared memory: the sequence U* of docs/firmware.md, which
    loses nothing, gives nothing twice and stops nowhere, with one writer for every word.
 
-   Needs no system: each call makes one step and returns. It works over any memory that both sides see: the shared
-   RAM of a chip, or POSIX shared memory between processes. */
+   Needs no system: each call makes one step and returns. It works over any memory that both sides see: the
+   shared RAM of a chip, or POSIX shared memory between processes. */
 #ifndef LDC_P_HANDSHAKE_H
 #define LDC_P_HANDSHAKE_H
 
 #include <stdint.h>
 
-/* One direction of a link. The flags are words, a bit for every slot; the first two are written by the sender alone,
-   the others by the receiver alone. `slot` holds `size` bytes: the envelope and its data. */
+/* One direction of a link. The flags are words, a bit for every slot; the first two are written by the sender
+   alone, the others by the receiver alone. `slot` holds `size` bytes: the envelope and its data. */
 typedef struct {
     volatile uint32_t *begin, *running;
     volatile uint32_t *ack, *state, *nack, *code;
@@ -48,8 +48,10 @@ typedef struct {
 
 uint16_t p_crc(uint16_t crc, const uint8_t *data, uint32_t size);
 
-/* One step of sending; `elapsed`: time since the step before. `data` stay as they are until the result is not P_BUSY. */
-int32_t p_send(p_sender *sender, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len, uint32_t elapsed);
+/* One step of sending; `elapsed`: time since the step before. `data` stay as they are until the result is not
+   P_BUSY. */
+int32_t p_send(p_sender *sender, uint32_t aid, uint16_t cmd, const uint8_t *data, uint32_t len,
+               uint32_t elapsed);
 
 /* One step of receiving; P_DONE: `envelope` and `data` hold a message that was not there before. */
 int32_t p_receive(p_receiver *receiver);

@@ -1,5 +1,5 @@
-/* Variables that are RETAIN: copied after each scan into memory that a restart leaves alone, and back after one.
-   There are two copies, so that one is whole whenever the power goes. */
+/* Variables that are RETAIN: copied after each scan into memory that a restart leaves alone, and back after
+   one. There are two copies, so that one is whole whenever the power goes. */
 #include "firmware.h"
 #include "p_handshake.h"
 
@@ -13,7 +13,9 @@ static uint32_t check_of(const uint32_t *copy) {
     return p_crc(crc, (const uint8_t *)(copy + DATA), (ldc_retain_words - DATA) * 4);
 }
 
-static int whole(const uint32_t *copy) { return copy[KEY] == ldc_retain_key && copy[CHECK] == check_of(copy); }
+static int whole(const uint32_t *copy) {
+    return copy[KEY] == ldc_retain_key && copy[CHECK] == check_of(copy);
+}
 
 static uint32_t last;
 

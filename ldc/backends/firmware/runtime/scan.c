@@ -1,4 +1,5 @@
-/* One scan: inputs are there, tasks that are due run by priority, safe values follow (DESIGN sections 3 and 5). */
+/* One scan: inputs are there, tasks that are due run by priority, safe values follow (DESIGN sections 3 and
+   5). */
 #include "firmware.h"
 
 #define TASKS_MOST 64
@@ -69,7 +70,10 @@ void ldc_scan(void) {
     for (uint32_t n = 0; n < ldc_task_count; n++) {
         if (states[n].wanted) execute(n);
     }
-    for (uint32_t n = 0; n < stopped; n++) ldc_change(ldc_tasks[order[n]].safe, ldc_tasks[order[n]].safe_words);
+    for (uint32_t n = 0; n < stopped; n++) {
+        const ldc_task *task = &ldc_tasks[order[n]];
+        ldc_change(task->safe, task->safe_words);
+    }
     LDC_SYSTEM(ldc_block)->first_scan = 0;
     if (ldc_range_count) ldc_keep();
     now += ldc_period;
