@@ -136,7 +136,8 @@ def test_variables_of_lists_are_found_by_their_qualified_names() -> None:
     (rung,) = found.units["main"]
     assert rung_text(rung.rung) == "RUNG\n    [GVL_start] [HMI_start] [level = 3] (q)"
     remarks = [(r.kind, r.what, r.into) for r in found.project.files[0].remarks]
-    assert remarks == [("renamed", "GVL.start", "GVL_start"), ("renamed", "HMI.start", "HMI_start")]
+    assert remarks == [("mapped", "GVL.name", "the name alone"),
+                       ("renamed", "GVL.start", "GVL_start"), ("renamed", "HMI.start", "HMI_start")]
 
 
 def test_a_local_variable_does_not_hide_a_qualified_one() -> None:

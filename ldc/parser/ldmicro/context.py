@@ -60,6 +60,7 @@ class Context:
         """A new instance of a block in this POU."""
         name = self.names.fresh(wanted)
         self.body.instances[name] = (block, leaf.span)
+        self.reading.remark("added", leaf.span.text, f"{name}, an instance of {block}", leaf.span)
         return name
 
     def supporting(self, file: str, /, **values: object) -> str:

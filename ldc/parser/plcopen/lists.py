@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.plcopen.document import Node
-from ldc.source import SourceFile
+from ldc.source import SourceFile, Span
 
 _NAMED = re.compile(r"<(?:[\w.-]+:)?globalVars\s[^>]*\bname\s*=")
 _NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
@@ -50,6 +51,14 @@ class Lists:
                 remarks.append(ast.Remark("renamed", f"{list_}.{variable.name}", name, variable.span))
             variables.append(replace(variable, name=name))
         return replace(block, variables=tuple(variables))
+
+    def remarks(self, source: SourceFile) -> Iterator[ast.Remark]:
+        """What became of the names of the lists, for the report of an import."""
+        begin = {list_: start for start, list_ in reversed(self.begin.items())}
+        for list_, start in reversed(begin.items()):
+            own = self.variables.get(list_.upper(), {})
+            if any((list_.upper(), name) not in self.renamed for name in own):
+                yield ast.Remark("mapped", f"{list_}.name", "the name alone", Span(source, start, start + 1))
 
     def unqualified(self, source: SourceFile) -> SourceFile:
         """The text with qualified names made plain; the source itself when there are none."""

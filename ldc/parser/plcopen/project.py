@@ -71,7 +71,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     remarks = reading.remarks
-    if lists is not None and lists.renamed:
+    if lists is not None:
+        remarks += lists.remarks(source)
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
     pous += additional.wanted(pous, shared, (found.name for found in (*pous, *types)))
