@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from runtime.protocol.envelope import HEAD, Command, Envelope, Head, decode, head, intact, successor
+from runtime.protocol.envelope import HEAD, Command, Envelope, Head, decode, head, intact, successor, token
 
 
 class Code(IntEnum):
@@ -74,10 +74,11 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """``envelope``: None when its bytes cannot be trusted (LEN, CRC). ``again``: it was taken before."""
+    """``token``: as the answer calls it; ``envelope``: None when its bytes cannot be trusted (LEN, CRC);
+    ``again``: it was taken before."""
 
     code: Code
-    seq: int
+    token: int
     envelope: Envelope | None = None
     again: bool = False
 
@@ -88,21 +89,22 @@ def check(slot: bytes, previous: Envelope | None, situation: Situation) -> Verdi
     A repetition of it is OK whatever has changed since: it is answered, not taken twice.
     """
     h = head(slot)
+    name = token(h.seq, h.aid, h.cmd)
     algorithm = situation.algorithms.get(h.aid)
     if h.len > len(slot) - HEAD or h.len % 4 or h.len != _due(h, algorithm):
-        return Verdict(Code.LEN, h.seq)
+        return Verdict(Code.LEN, name)
     if not intact(h, slot):
-        return Verdict(Code.CRC, h.seq)
+        return Verdict(Code.CRC, name)
     envelope = decode(h, slot)
     if previous is not None and envelope.content() == previous.content():
-        return Verdict(Code.OK, h.seq, envelope, again=True)
+        return Verdict(Code.OK, name, envelope, again=True)
     due = successor(previous.seq if previous is not None else 0) if h.cmd != Command.RESET else 0
     if h.seq != due:
-        return Verdict(Code.SEQ, h.seq, envelope)
+        return Verdict(Code.SEQ, name, envelope)
     if h.cmd == Command.RESET:
-        return Verdict(Code.OK, h.seq, envelope)
+        return Verdict(Code.OK, name, envelope)
     code = Code.AID if algorithm is None else _of_data(envelope, algorithm, situation)
-    return Verdict(code, h.seq, envelope)
+    return Verdict(code, name, envelope)
 
 
 def _due(h: Head, algorithm: Algorithm | None) -> int:

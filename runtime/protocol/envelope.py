@@ -14,8 +14,9 @@ from functools import cache
 HEAD = 20
 """Bytes before the data."""
 
-LAST_SEQ = 0xFFFFFF
-"""Numbers of transfers run from 1 to this and again from 1, so that an answer holds one beside its code; 0 is RESET."""
+LAST_SEQ = 0x7FFFFF
+"""Numbers of transfers run from 1 to this and again from 1, so that an answer holds one beside its code. A RESET has
+the number 0, and its ordinal as aid."""
 
 _HEAD = struct.Struct("<IIHHII")
 
@@ -59,27 +60,39 @@ def successor(seq: int) -> int:
     return seq + 1 if seq < LAST_SEQ else 1
 
 
+def token(seq: int, aid: int, cmd: int) -> int:
+    """What an answer calls an envelope, in 24 bits: the number of a transfer, the ordinal of a RESET. Never that
+    of memory that was not written yet."""
+    return 0x800000 | aid & 0x7FFFFF if cmd == Command.RESET else seq & 0xFFFFFF
+
+
 @cache
-def _by_two_bytes() -> tuple[int, ...]:
-    """The register after two more bytes, by its exclusive or with them."""
-    one = []
+def _by_one_byte() -> tuple[int, ...]:
+    """What a byte leaves of the register, by its exclusive or with the lower half."""
+    found = []
     for value in range(256):
         for _ in range(8):
             value = value >> 1 ^ (0xA001 if value & 1 else 0)
-        one.append(value)
-    high = [one[n] >> 8 for n in range(256)]
-    low = [one[n] & 0xFF for n in range(256)]
+        found.append(value)
+    return tuple(found)
+
+
+@cache
+def _by_two_bytes() -> tuple[int, ...]:
+    """The register after two more bytes, by its exclusive or with them."""
+    one = _by_one_byte()
+    high = [value >> 8 for value in one]
+    low = [value & 0xFF for value in one]
     return tuple(one[low[n & 0xFF] ^ n >> 8] ^ high[n & 0xFF] for n in range(0x10000))
 
 
 def crc16(data: bytes, crc: int = 0xFFFF) -> int:
-    """CRC-16/MODBUS (0x8005 reflected, begun with 0xFFFF) of an even number of bytes, as envelopes have.
-
-    ``crc``: of what goes before. Raises struct.error for an odd number.
-    """
-    table = _by_two_bytes()
-    for pair in struct.unpack(f"<{-(-len(data) // 2)}H", data):
+    """CRC-16/MODBUS: polynomial 0x8005 reflected, begun with 0xFFFF. ``crc``: that of what goes before."""
+    table, pairs = _by_two_bytes(), len(data) // 2
+    for pair in struct.unpack_from(f"<{pairs}H", data):
         crc = table[crc ^ pair]
+    if len(data) % 2:
+        crc = crc >> 8 ^ _by_one_byte()[(crc ^ data[-1]) & 0xFF]
     return crc
 
 

@@ -73,7 +73,7 @@ class Channel:
     """Addresses of one direction of one slot. ``mask``: its bit in the words of flags.
 
     The sender writes ``begin``, ``running``, ``order`` and the slot; the receiver ``busy``, ``ack``, ``nack``,
-    ``status`` (code in the lowest 8 bits, above it the number of the transfer that is answered) and ``last``
+    ``status`` (code in the lowest 8 bits, above it the ``token`` of the envelope that is answered) and ``last``
     (the number that was taken last before a RESET). From master to slave these are msb, msf, msc and sms,
     sma, sna; the other way smb, smf, smc and mss, msa, mna.
     """

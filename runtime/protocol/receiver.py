@@ -38,9 +38,8 @@ class Delivered:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """An envelope was refused; ``seq`` as it stands there."""
+    """An envelope was refused."""
 
-    seq: int
     code: Code
 
 
@@ -51,7 +50,7 @@ class Receiver(NamedTuple):
     """A tuple, because a step is little more than making one.
 
     ``previous``: the last envelope that was taken; ``last``: of the transfers before the last RESET;
-    ``code`` and ``seq``: of the envelope that is being answered; ``frame``: what is read of the slot."""
+    ``code`` and ``token``: of the envelope that is being answered; ``frame``: what is read of the slot."""
 
     phase: Phase = Phase.WATCH
     at: int = 0
@@ -59,7 +58,7 @@ class Receiver(NamedTuple):
     previous: Envelope | None = None
     last: int = 0
     code: Code = Code.OK
-    seq: int = 0
+    token: int = 0
     frame: bytes = b""
 
 
@@ -110,9 +109,9 @@ def _read(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
 def _check(r: Receiver, situation: Situation) -> tuple[Receiver, Event | None]:
     """S2. What is taken is taken here: whatever happens to the answer, it is not given again."""
     verdict = check(r.frame, r.previous, situation)
-    r = r._replace(phase=Phase.STATUS, code=verdict.code, seq=verdict.seq & 0xFFFFFF, frame=b"")
+    r = r._replace(phase=Phase.STATUS, code=verdict.code, token=verdict.token, frame=b"")
     if verdict.code is not Code.OK:
-        return r, Refused(verdict.seq, verdict.code)
+        return r, Refused(verdict.code)
     if verdict.again:
         return r, None
     envelope, last = verdict.envelope, r.last
@@ -128,7 +127,7 @@ def _last(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
 
 
 def _status(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
-    memory.store(link.channel.status, r.seq << 8 | r.code)
+    memory.store(link.channel.status, r.token << 8 | r.code)
     return r._replace(phase=Phase.ANSWER)
 
 

@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from runtime.protocol.check import TRANSIENT, Code
-from runtime.protocol.envelope import Command, Envelope, encode, successor
+from runtime.protocol.envelope import HEAD, Command, Envelope, encode, successor, token
 from runtime.protocol.memory import Watched, Words
 from runtime.protocol.profile import CLEAR, COPY, WITHDRAW, Link, Script
 
@@ -90,15 +90,19 @@ def submit(s: Sender, link: Link, aid: int, cmd: int, adata: bytes = b"") -> Sen
     """Begins a transfer. Raises Busy; ValueError when the data do not fit the slot."""
     if s.phase is not Phase.IDLE:
         raise Busy(f"transfer {s.seq} is in phase {s.phase.name}")
-    if len(adata) > link.channel.size - 20 or len(adata) % 4:
+    if len(adata) > link.channel.size - HEAD or len(adata) % 4:
         raise ValueError(f"{len(adata)} bytes of data for a slot of {link.channel.size}")
     seq = successor(s.seq)
     return _attempt(s, Envelope(seq, aid, cmd, 0, adata))._replace(seq=seq, open=seq)
 
 
 def reset(s: Sender) -> Sender:
-    """Gives up what is open and makes the link new, from any phase; ``Linked`` tells the end."""
-    ordinal = s.resets + 1 & 0xFFFFFFFF
+    """Gives up what is open and makes the link new, from any phase; ``Linked`` tells the end.
+
+    A reset that has failed is the same again, so that a receiver that knows it still tells what it had before.
+    """
+    failed = s.message.cmd == Command.RESET and not s.ready
+    ordinal = s.resets if failed else s.resets + 1 & 0xFFFFFFFF
     message = Envelope(0, ordinal, Command.RESET, 0)
     return s._replace(phase=Phase.WITHDRAW, at=0, waited=0, resets=ordinal, message=message, frame=b"", code=Code.OK)
 
@@ -187,9 +191,10 @@ def _status(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, Non
     """Reads what the answer says. An answer to another transfer is none to this one."""
     word = memory.load(link.channel.status)
     code = Code(word & 0xFF) if word & 0xFF <= Code.STALE else Code.SILENT
-    if code not in TRANSIENT and word >> 8 != s.message.seq:
+    message = s.message
+    if code not in TRANSIENT and word >> 8 != token(message.seq, message.aid, message.cmd):
         code = Code.SILENT
-    follows = Phase.LAST if code is Code.OK and s.message.cmd == Command.RESET else Phase.CLOSE
+    follows = Phase.LAST if code is Code.OK and message.cmd == Command.RESET else Phase.CLOSE
     return s._replace(phase=follows, at=0, waited=0, code=code), None
 
 
