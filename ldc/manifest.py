@@ -85,7 +85,7 @@ class Manifest:
     @property
     def settings(self) -> Settings:
         """What the model needs to know."""
-        return Settings(image_bytes=self.image_bytes, tasks=self.tasks, safe=self.safe)
+        return Settings(image_bytes=self.image_bytes, tasks=self.tasks, modules=self.modules, safe=self.safe)
 
     def value_span(self, *path: str) -> Span | None:
         entry = self.spans.get(path)

@@ -31,6 +31,10 @@ class InBlock(machine.Machine):
         self._roots = {root.home: self._spot_of(root) for root in layout.roots()}
         return layout
 
+    def place(self, root: Root) -> Spot:
+        """Where a variable lies in ``memory``."""
+        return self._roots[root.home]
+
     def _spot_of(self, root: Root) -> Spot:
         return self.plan.variable(root.path, root.variable)
 
@@ -62,3 +66,9 @@ class InBlock(machine.Machine):
 
     def assign(self, symbol: Symbol, value: object) -> None:
         block.write(self.memory, self.spot(symbol), value)
+
+    def _capture(self) -> object:
+        return bytes(self.memory)
+
+    def _put_back(self, kept: object) -> None:
+        self.memory[:] = kept

@@ -19,7 +19,7 @@ from runtime.faults import Fault, describe
 from runtime.faults import Place as CodePlace
 from runtime.layout import Layout
 from runtime.outputs import Safe, declared_safe, safe_states
-from runtime.symbols import Symbol, Symbols
+from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import coerce, outward
 
 DEFAULT_TICK = 10_000_000
@@ -36,6 +36,19 @@ class Schedule:
     single: Callable[[], bool] | None = None
     single_before: bool = False
     stopped: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """The state of a machine between two scans. ``memory``: what its engine made of the variables;
+    ``schedules``: due, single_before and stopped of each."""
+
+    memory: object
+    schedules: tuple[tuple[int, bool, bool], ...]
+    scans: int
+    now_ns: int
+    faults: tuple[Fault, ...]
+    safe: tuple[tuple[Symbol, object], ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -113,6 +126,14 @@ class Machine:
         """The first scan is over."""
         raise NotImplementedError
 
+    def _capture(self) -> object:
+        """The values of all variables, for ``_put_back``."""
+        raise NotImplementedError
+
+    def _put_back(self, memory: object) -> None:
+        """All variables as they were; the same memory can be put back again."""
+        raise NotImplementedError
+
     def prepare(self, changes: Iterable[tuple[Symbol, object]]) -> object:
         """Changes of inputs in the form that ``feed`` takes most quickly. What is prepared is fed once, in
         the same order, and nothing else writes inputs meanwhile."""
@@ -153,6 +174,16 @@ class Machine:
     def find(self, paths: Iterable[str]) -> tuple[Symbol, ...]:
         """The symbols of some paths, for repeated access. Raises UnknownSymbol."""
         return tuple(self.symbols.find(path) for path in paths)
+
+    def known(self, paths: Iterable[str]) -> list[Symbol | None]:
+        """The symbols of some paths, None for those that are none."""
+        found: list[Symbol | None] = []
+        for path in paths:
+            try:
+                found.append(self.symbols.find(path))
+            except UnknownSymbol:
+                found.append(None)
+        return found
 
     def sample(self, symbols: Iterable[Symbol]) -> list:
         """The machine's own values of some symbols, now."""
@@ -221,3 +252,51 @@ class Machine:
         self.faults.append(Fault(code, message, help_, schedule.task.name, place, trace[:-1],
                                  self.scans, self.now_ns))
         self._safe += safe_states(self._declared, self.layout, self.symbols, schedule.runs)
+
+    # ---- between two scans (DESIGN section 7) ------------------------------------------------------
+
+    def latch(self) -> None:
+        """Inputs that were written become visible now: no code runs before the next scan begins."""
+        self._latch()
+
+    def checkpoint(self) -> Checkpoint:
+        """The state between two scans, with the inputs that were written."""
+        self._latch()
+        schedules = tuple((s.due, s.single_before, s.stopped) for s in self.schedules)
+        return Checkpoint(self._capture(), schedules, self.scans, self.now_ns, tuple(self.faults),
+                          tuple(self._safe))
+
+    def restore(self, kept: Checkpoint) -> None:
+        """Back to a state of this machine."""
+        self._put_back(kept.memory)
+        for schedule, (due, before, stopped) in zip(self.schedules, kept.schedules, strict=True):
+            schedule.due, schedule.single_before, schedule.stopped = due, before, stopped
+        self.scans, self.now_ns = kept.scans, kept.now_ns
+        self.faults[:], self._safe[:] = kept.faults, kept.safe
+
+    def close(self) -> None:
+        """Gives up what the engine holds of the system; the machine is not run any more."""
+
+    def take_over(self, other: Machine) -> None:
+        """Goes on where another machine stands between two scans; variables were copied before.
+
+        Tasks of the same name keep when they are due and whether they are stopped. A further task is due at
+        the next multiple of its interval; its SINGLE shows no edge in the first scan.
+        """
+        self.scans, self.now_ns = other.scans, other.now_ns
+        self.faults[:] = other.faults
+        if self.scans:
+            self._first_scan_done()
+        known = {s.task.name.upper(): s for s in other.schedules}
+        self._safe.clear()
+        for schedule in self.schedules:
+            before, interval = known.get(schedule.task.name.upper()), schedule.task.interval
+            if before is not None:
+                schedule.due, schedule.single_before = before.due, before.single_before
+                schedule.stopped = before.stopped
+            else:
+                schedule.due = -(-self.now_ns // interval) * interval if interval else 0
+                schedule.single_before = schedule.single is not None and schedule.single()
+                schedule.stopped = False
+            if schedule.stopped:
+                self._safe += safe_states(self._declared, self.layout, self.symbols, schedule.runs)

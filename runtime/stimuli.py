@@ -26,6 +26,14 @@ class Stimuli:
         for symbol, value in self.rows.get(machine.scans, ()):
             machine.put(symbol, value)
 
+    def follow(self, old: Machine, new: Machine) -> Stimuli:
+        """The same for another program; what it does not have, or has of another type, is left out."""
+        symbols = list({symbol: None for row in self.rows.values() for symbol, _ in row})
+        known = dict(zip(symbols, new.known(old.symbols.full(s) for s in symbols), strict=True))
+        kept = {s: now for s, now in known.items() if now is not None and now.type == s.type}
+        rows = {scan: tuple((kept[s], value) for s, value in row if s in kept) for scan, row in self.rows.items()}
+        return Stimuli(rows, self.last)
+
 
 @dataclass(frozen=True, slots=True)
 class _Cell:

@@ -133,6 +133,15 @@ class Symbols:
                 return [(v.name, v.type) for v in self._layout.units[pou.upper()].variables if has_state(v)]
         return []
 
+    def full(self, symbol: Symbol) -> str:
+        """The path of a symbol with the name of its program, which means the same in every program."""
+        if symbol.path.startswith("%"):
+            return symbol.path
+        bit = "" if symbol.bit is None else f".{symbol.bit}"
+        roots = (root for root in self._layout.roots() if root.home == symbol.home)
+        leaves = (leaf for root in roots for leaf in self.of(root, hidden=True))
+        return next(leaf.path + bit for leaf in leaves if leaf.keys == symbol.keys)
+
     def all(self, hidden: bool = False) -> Iterator[Symbol]:
         """Every scalar with state, in declared order; ``hidden``: the compiler's memories too."""
         for root in self._layout.roots():

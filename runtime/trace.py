@@ -20,16 +20,26 @@ class Trace:
     def __init__(self, machine: Machine, names: Sequence[str], stream: TextIO) -> None:
         self._machine = machine
         self._symbols = machine.find(names)
+        self._paths = [machine.symbols.full(symbol) for symbol in self._symbols]
+        self._columns = range(len(names))
         self._writer = csv.writer(stream, lineterminator="\n")
         self._writer.writerow(("scan", "t_ms", *names))
+
+    def follow(self, machine: Machine) -> None:
+        """Goes on with another program; the cells of what it does not have are empty."""
+        self._machine = machine
+        known = machine.known(self._paths)
+        self._columns = [at for at, symbol in enumerate(known) if symbol is not None]
+        self._symbols = tuple(known[at] for at in self._columns)
 
     def sample(self) -> None:
         """The row of the scan that has just ended."""
         machine = self._machine
         values = machine.sample(self._symbols)
-        self._writer.writerow((
-            machine.scans - 1, milliseconds(machine.now_ns - machine.period_ns),
-            *(show(value, symbol.type) for value, symbol in zip(values, self._symbols, strict=True))))
+        cells = [""] * len(self._paths)
+        for at, value, symbol in zip(self._columns, values, self._symbols, strict=True):
+            cells[at] = show(value, symbol.type)
+        self._writer.writerow((machine.scans - 1, milliseconds(machine.now_ns - machine.period_ns), *cells))
 
 
 def record(machine: Machine, names: Sequence[str], scans: int, stimuli=None) -> str:

@@ -102,7 +102,7 @@ def test_help_names_every_command_and_version_is_told(ldc) -> None:
     ("arguments", "said"),
     [
         (["chekc", "main.ld"], "did you mean `check`?"),
-        (["online"], "unknown command `online`"),
+        (["offline"], "unknown command `offline`"),
         (["check"], "missing: SRC"),
         (["check", "main.ld", "--fromat", "json"], "unrecognized arguments: --fromat json"),
         (["check", "main.ld", "--format", "jsno"], "did you mean `json`?"),

@@ -2,7 +2,9 @@
 
 An example is `tests/errors/LDnnnn.ld`, checked by itself, or a folder `tests/errors/LDnnnn/` with several
 files; the folder's file `command`, when it has one, holds the arguments of ldc (one line, run inside it), its
-file `environment` variables (NAME=VALUE, one a line). Packages in the folder are found.
+file `environment` variables (NAME=VALUE, one a line). Packages in the folder are found. Its file `runtime` holds
+the arguments of an ldc that runs meanwhile, `before` commands that come first; `answer` is what a runtime of
+another kind says.
 `LDnnnn.txt` beside it is what the user then sees.
 """
 
@@ -18,6 +20,7 @@ import pytest
 
 from ldc.cli.main import main
 from ldc.codes import codes, nearest, page
+from online_runtime import runtime_of
 
 ROOT = Path(__file__).resolve().parent.parent
 ERRORS = ROOT / "tests" / "errors"
@@ -92,7 +95,12 @@ def test_example_shows_what_the_user_sees(code: str, capsys, monkeypatch, golden
         for line in settings.read_text(encoding="utf-8").splitlines() if settings.exists() else ():
             monkeypatch.setenv(*line.split("=", 1))
     monkeypatch.chdir(folder)
-    status = main(arguments)
+    with runtime_of(folder, monkeypatch):
+        if (folder / "before").exists():
+            for line in (folder / "before").read_text(encoding="utf-8").splitlines():
+                assert main(shlex.split(line)) == 0
+            capsys.readouterr()
+        status = main(arguments)
     shown = capsys.readouterr().err
     assert f"[{code}]" in shown, f"`ldc {shlex.join(arguments)}` in {folder} says:\n{shown}"
     assert status == (1 if "error[" in shown else 0)

@@ -44,7 +44,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _export, _bench, _explain, _doctor):
+    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _export, _online, _pull, _bench, _explain, _doctor):
         add(commands)
     return parser
 
@@ -151,6 +151,14 @@ def _run(commands) -> None:
         "--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout"
     )
     parser.add_argument(
+        "--online", action="store_true",
+        help="scans at their time, and a socket by which `ldc online` changes the program; runs until Ctrl-C "
+        "unless --scans or --for end it",
+    )
+    parser.add_argument("--no-wait", action="store_true", help="with --online: scans as fast as they go")
+    parser.add_argument("--audit", metavar="FILE", help="with --online: the log of changes (JSON lines)")
+    _socket(parser)
+    parser.add_argument(
         "--sanitize", action="store_true", help="find what components in C and C++ write outside of their memory"
     )
 
@@ -252,6 +260,57 @@ def _bench(commands) -> None:
         help="BOOL inputs before each scan: left as they are (default), one is inverted, all are set",
     )
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
+
+
+def _socket(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--socket", metavar="PATH", help="of the runtime (default: LDC_SOCKET, else one named like the project)"
+    )
+
+
+def _online(commands) -> None:
+    parser = _command(
+        commands,
+        "online",
+        "change a program while `ldc run --online` runs it",
+        "  ldc online stage . && ldc online test && ldc online commit\n"
+        "  ldc online insert press --after feed    a further module in the sequence\n"
+        "  ldc online report . --from old          what a change would do, without a runtime",
+    )
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=_Parser)
+
+    def action(name: str, help: str) -> argparse.ArgumentParser:
+        added = _command(actions, name, help, f"  ldc online {name}")
+        if name == "insert":
+            added.add_argument("module", metavar="MODULE", help="a PROGRAM, by its name")
+            added.add_argument("--after", metavar="MODULE", help="the module before it (default: the last one)")
+        added.add_argument("sources", nargs="*", metavar="SRC", default=["."], help=f"{_SRC} (default: this folder)")
+        _socket(added)
+        return added
+
+    for name, help in (("stage", "compile and hand over, so that it can be tested"),
+                       ("insert", "put a module into the list of the project, and stage the result")):
+        action(name, help).add_argument("--expect", metavar="DIGEST", help="refuse when another program runs")
+    report = action("report", "what becomes of each symbol")
+    report.add_argument("--from", dest="before", metavar="SRC", help="compare with these sources, not with a runtime")
+    action("test", "let the staged program run, for a time").add_argument(
+        "--for", dest="limit", type=_duration, metavar="TIME", help="the program before comes back then (60s)")
+    action("untest", "let the program before run again")
+    action("commit", "keep the program in test")
+    action("cancel", "give up what is staged; a test ends").add_argument(
+        "--force", action="store_true", help="whoever staged it")
+    action("status", "what runs, what is staged")
+
+
+def _pull(commands) -> None:
+    parser = _command(
+        commands, "pull", "get the sources of the running program",
+        "  ldc pull -o running      write them\n  ldc pull --check         status 1 when those here differ",
+    )
+    parser.add_argument("sources", nargs="*", metavar="SRC", default=["."], help=f"{_SRC} (default: this folder)")
+    parser.add_argument("-o", dest="folder", metavar="DIR", default="pulled", help="a new or empty folder (pulled)")
+    parser.add_argument("--check", action="store_true", help="write nothing, compare")
+    _socket(parser)
 
 
 def _component(commands) -> None:

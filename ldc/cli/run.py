@@ -66,6 +66,10 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
          file: BinaryIO | None = None) -> int:
     """All scans, and what is said at the end; ``beat`` is called before the first and after each scan.
     ``file``: for the trace, when it is open already."""
+    if options.online:
+        from ldc.cli import run_online  # loads what only a socket needs
+
+        return run_online.run(options, sources, result, beat, file)
     live = _live(options)
     stepped = live and options.engine == "vm"
     machine = start(result, options.period, sources.manifest, options.engine)

@@ -39,6 +39,16 @@ class ChangeLines:
         self._machine, self._names, self._stream = machine, names, stream
         self._symbols = machine.find(names)
         self._before: list[object] = [None] * len(names)
+        self._paths = [machine.symbols.full(symbol) for symbol in self._symbols]
+
+    def follow(self, machine: Machine) -> None:
+        """Goes on with another program; what it does not have is shown no more."""
+        rows = zip(self._names, self._paths, machine.known(self._paths), self._before, strict=True)
+        kept = [row for row in rows if row[2] is not None]
+        self._machine, self._names = machine, [name for name, *_ in kept]
+        self._paths = [path for _, path, *_ in kept]
+        self._symbols = tuple(symbol for *_, symbol, _ in kept)
+        self._before = [before for *_, before in kept]
 
     def sample(self) -> None:
         now = self._machine.sample(self._symbols)

@@ -38,7 +38,7 @@ class Configurator:
         elif self.settings.tasks:
             resources = self._from_settings(self.settings.tasks)
         else:
-            runs = tuple(Run(p.name, key, MAIN) for key, p in self._programs.items())
+            runs = tuple(self._instance(name, MAIN) for name in self._sequence())
             resources = (Resource(MAIN, PROCESSOR, (Task(MAIN, None, 0, None),), runs),)
         model = replace(self.model, resources=resources)
         running = {run.pou for resource in resources for run in resource.runs}
@@ -175,12 +175,26 @@ class Configurator:
 
     # ---- ldc.toml ---------------------------------------------------------------------------------
 
+    def _sequence(self) -> list[str]:
+        """The PROGRAMs that run when no task names its own: the modules of the project in their order, else all."""
+        if self.settings.modules:
+            return [name for name in self.settings.modules if self._program_known(name, None)]
+        return [p.name for p in self._programs.values()]
+
+    def _in_sequence(self, names: Iterable[str]) -> list[str]:
+        """Programs of one task; the modules among them in the order of the project, before the others."""
+        places = {name.upper(): number for number, name in enumerate(self.settings.modules)}
+        return sorted(names, key=lambda name: places.get(name.upper(), len(places)))
+
+    def _instance(self, name: str, task: str) -> Run:
+        return Run(self._programs[name.upper()].name, name.upper(), task)
+
     def _from_settings(self, tasks: Iterable[TaskSetting]) -> tuple[Resource, ...]:
         tasks = list(tasks)
         everything = len(tasks) == 1 and not tasks[0].programs
         resources: dict[str, Resource] = {}
         for setting in tasks:
-            wanted = [p.name for p in self._programs.values()] if everything else setting.programs
+            wanted = self._sequence() if everything else self._in_sequence(setting.programs)
             if not 0 <= setting.priority <= MOST_PRIORITY:
                 findings.bad_task(self.diagnostics, None,
                                   f"task `{setting.name}` has the priority {setting.priority}", "",
@@ -192,7 +206,7 @@ class Configurator:
                                   "write for example `interval = \"10ms\"`")
                 continue
             old = resources.get(setting.processor, Resource(setting.processor, setting.processor, (), ()))
-            runs = tuple(Run(self._programs[name.upper()].name, name.upper(), setting.name) for name in wanted
+            runs = tuple(self._instance(name, setting.name) for name in wanted
                          if self._program_known(name, None) and self._claim(name, None))
             task = Task(setting.name, setting.interval, setting.priority, None)
             resources[setting.processor] = replace(old, tasks=(*old.tasks, task), runs=(*old.runs, *runs))

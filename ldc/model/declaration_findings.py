@@ -148,7 +148,7 @@ def circular_constant(diagnostics: Diagnostics, span: Span, name: str) -> None:
 
 def never_run(diagnostics: Diagnostics, span: Span, name: str) -> None:
     diagnostics.warning("LD0223", f"no task runs PROGRAM `{name}`", head(span), "is never executed",
-                        help="add an instance of it to the CONFIGURATION or to a task of ldc.toml")
+                        help="add an instance of it to the CONFIGURATION, or it to a task or the modules in ldc.toml")
 
 
 def bad_safe_value(diagnostics: Diagnostics, path: str, help: str) -> None:

@@ -38,7 +38,7 @@ def resolve(project: ast.Project, diagnostics: Diagnostics, settings: Settings |
 
 def _settings(given: object | None) -> Settings:
     usual = Settings()
-    names = ("image_bytes", "tasks", "safe", "library")
+    names = ("image_bytes", "tasks", "modules", "safe", "library")
     return Settings(**{name: getattr(given, name, getattr(usual, name)) for name in names})
 
 

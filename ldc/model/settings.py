@@ -24,11 +24,13 @@ class TaskSetting:
 @dataclass(frozen=True, slots=True)
 class Settings:
     """``image_bytes``: size of each of the areas %I, %Q and %M. ``tasks``: used when the text has no
-    CONFIGURATION. ``safe``: output address or variable path -> value that it takes after a fault.
-    ``library``: the text is that of the standard library, which may use ``%NOW``, ``%FIRST_SCAN``
-    and the reserved names of the standard blocks."""
+    CONFIGURATION. ``modules``: PROGRAMs in the order in which they run, those of one task one behind the
+    other; a task without programs of its own runs all of them and no others. ``safe``: output address or
+    variable path -> value that it takes after a fault. ``library``: the text is that of the standard
+    library, which may use ``%NOW``, ``%FIRST_SCAN`` and the reserved names of the standard blocks."""
 
     image_bytes: int = 1024
     tasks: tuple[TaskSetting, ...] = ()
+    modules: tuple[str, ...] = ()
     safe: Mapping[str, object] = field(default_factory=dict)
     library: bool = False

@@ -40,6 +40,9 @@ class Machine(InBlock):
         self._fed, self._ahead, self._prepared = None, bytearray(), 0
         return layout
 
+    def close(self) -> None:
+        self.library.close()
+
     # ---- of the engine ---------------------------------------------------------------------------
 
     def prepare(self, changes: Iterable[tuple[Symbol, object]]) -> object:

@@ -80,3 +80,9 @@ class Machine(machine.Machine):
 
     def _first_scan_done(self) -> None:
         self._namespace[FIRST_SCAN] = False
+
+    def _capture(self) -> object:
+        return memory.capture(self._namespace, self.layout)
+
+    def _put_back(self, kept: object) -> None:
+        memory.put_back(self._namespace, kept)

@@ -1,0 +1,100 @@
+"""From a command to the runtime: where its socket is, who the client is, one request and its answer."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import re
+import secrets
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+
+from ldc.cli.console import Failure
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.manifest import Sources
+from runtime.online import wire
+from runtime.online.wire import Answer, Request
+
+_MOST = 100
+"""Bytes of the path of a socket; the system takes 107."""
+
+
+def name_of(sources: Sources) -> str:
+    """What a runtime is called: by its project, else by its first file."""
+    if sources.manifest:
+        return sources.manifest.name
+    return Path(sources.files[0].path).stem if sources.files else "program"
+
+
+def socket_path(asked: str | None, name: str) -> Path:
+    """The socket that is asked for, that of LDC_SOCKET, or the one of a name in a private folder of the user.
+    Raises Failure for a path that is too long for a socket."""
+    chosen = asked or os.environ.get("LDC_SOCKET")
+    path = Path(chosen) if chosen else _folder() / f"{re.sub(r'[^A-Za-z0-9_.-]', '_', name)[:40]}.sock"
+    if len(os.fsencode(path.absolute())) > _MOST:
+        raise Failure(f"the path of the socket is longer than {_MOST} bytes: {path}")
+    return path
+
+
+def _folder() -> Path:
+    """``$XDG_RUNTIME_DIR/ldc``, else one under the folder for temporary files, that only this user may enter."""
+    base = os.environ.get("XDG_RUNTIME_DIR")
+    path = Path(base) / "ldc" if base else Path("/tmp") / f"ldc-{os.getuid()}"
+    try:
+        path.mkdir(mode=0o700, exist_ok=True)
+        found = path.lstat()
+    except OSError as error:
+        raise Failure(f"cannot make the folder of the socket: {error}") from error
+    if found.st_uid != os.getuid() or found.st_mode & 0o077 or path.is_symlink():
+        raise Failure(f"`{path}` must be a folder that only you may enter: `chmod 700` it, or set LDC_SOCKET")
+    return path
+
+
+def state_folder() -> Path:
+    """Where audit logs and the secret of this user's clients lie: ``$XDG_STATE_HOME/ldc``."""
+    base = os.environ.get("XDG_STATE_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "state") / "ldc"
+
+
+def owner_of(sources: Sequence[str]) -> str:
+    """By what the runtime knows a client again: one for each working copy of this user, that others cannot
+    guess. Raises Failure when the secret cannot be kept."""
+    path = state_folder() / "client"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        try:
+            with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+                file.write(secrets.token_hex(32))
+        except FileExistsError:
+            pass  # made by an earlier command
+        secret = path.read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Failure(f"cannot keep the secret of this client: {error}") from error
+    place = Path(sources[0]).resolve()
+    folder = place if place.is_dir() else place.parent
+    return hashlib.sha256(f"{secret}\0{folder}".encode()).hexdigest()
+
+
+def ask(path: Path, request: Request) -> Answer:
+    """The answer of the runtime. Raises Invalid: what it refuses, or LD0828 when none answers."""
+    try:
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(wire.PATIENCE)
+            connection.connect(str(path))
+            wire.send(connection, request)
+            answer = wire.receive(connection, Answer)
+    except OSError as error:
+        found = Diagnostics()
+        found.error("LD0828", f"no runtime answers at `{path}`: {error.strerror or error}",
+                    help="start one with `ldc run SRC --online`; `--socket` or LDC_SOCKET name another place")
+        raise Invalid(found) from error
+    if answer.findings:
+        raise Invalid([wire.diagnostic(found) for found in answer.findings])
+    return answer
+
+
+def runtime_of(options: argparse.Namespace, sources: Sources) -> Path:
+    """The socket of the runtime that a command means."""
+    return socket_path(options.socket, name_of(sources))

@@ -1,0 +1,132 @@
+"""`ldc online`: a change of a running program, from the side of those who make it (DESIGN section 7).
+
+The compile runs here; the runtime receives the image, native code if it runs such, and the sources.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from ldc.cli import link, modules, shipped
+from ldc.cli.compiling import compiled
+from ldc.cli.console import Failure, report, say
+from ldc.cli.inputs import read
+from ldc.cli.run import resource_to_run
+from ldc.diagnostics import Invalid
+
+from ldc.il import image as il_image
+from ldc.manifest import Sources
+from ldc.render import plural, visible
+from runtime.layout import lay_out
+from runtime.online import checks, migrate, wire
+from runtime.online.checks import Limits
+from runtime.online.wire import Act, Answer, Changes, Pull, Report, Stage, State, Status
+from runtime.values import milliseconds
+
+
+def run(options: argparse.Namespace) -> int:
+    """Raises Invalid with what the compiler or the runtime has against it."""
+    if options.action == "insert":
+        return _insert(options)
+    sources = read(options.sources)
+    match options.action:
+        case "stage":
+            return _stage(options, sources)
+        case "report" if options.before:
+            return _offline(read([options.before]), sources)
+        case "report":
+            answer = link.ask(link.runtime_of(options, sources), Report())
+            _print_changes(answer.changes)
+        case "status":
+            _print_state(link.ask(link.runtime_of(options, sources), Status()).state)
+        case action:
+            message = Act(action=action, owner=link.owner_of(options.sources),
+                          limit_ns=getattr(options, "limit", None), force=getattr(options, "force", False))
+            _print_state(link.ask(link.runtime_of(options, sources), message).state)
+    return 0
+
+
+def _stage(options: argparse.Namespace, sources: Sources) -> int:
+    path = link.runtime_of(options, sources)
+    running = link.ask(path, Pull())
+    message = _made(options, sources, running)
+    if message.image == running.image:
+        say("nothing to stage: this program runs")
+        return 0
+    answer = link.ask(path, message)
+    _print_changes(answer.changes, kept=False)
+    say(f"staged {answer.state.staged[:12]}; `ldc online test` lets it run")
+    return 0
+
+
+def _made(options: argparse.Namespace, sources: Sources, running: Answer) -> Stage:
+    """The message that brings a program: its symbols lie where they lie in the running one."""
+    state, before = running.state, il_image.load(running.image)
+    result = compiled(sources, previous=before.layout)
+    message = Stage(image=result.image.data, sources=list(shipped.texts_of(sources)),
+                    base=_base(options.expect, state), owner=link.owner_of(options.sources))
+    if state.engine == "native" and not result.natives:
+        from ldc.cli import native  # loads cffi and jinja2
+
+        made = native.artifact(result, state.resource, areas=state.areas)
+        message.library = made.path.read_bytes()
+        message.parts = [(name, list(firsts)) for name, firsts in made.plan.map]
+        message.areas = dict(made.plan.block.areas)
+    return message
+
+
+def _base(expected: str | None, state: State) -> str:
+    """The program that the change is for: the one that runs, or the one that is expected to."""
+    return expected if expected and not state.digest.startswith(expected.lower()) else state.digest
+
+
+def _insert(options: argparse.Namespace) -> int:
+    """Puts a module into the list of the project and stages the result; the project file is as it was
+    before when that cannot be."""
+    sources = read(options.sources)
+    if sources.manifest is None:
+        raise Failure("modules are listed in an ldc.toml: name its folder")
+    with modules.inserted(sources.manifest, options.module, options.after):
+        return _stage(options, read(options.sources))
+
+
+def _offline(before: Sources, sources: Sources) -> int:
+    """What a change would do to a program that ran from its first scan."""
+    old = compiled(before)
+    new = compiled(sources, previous=old.image.layout)
+    number = resource_to_run(old)
+    if number >= len(new.program.resources):
+        raise Failure("the new program has none for the processor that is run")
+    running, changed = lay_out(old.program, number), lay_out(new.program, number)
+    plan = migrate.plan(running, changed)
+    limits = Limits(before.settings.image_bytes)
+    against = [*plan.refusals, *checks.tasks(running, changed), *checks.memory(new.program, changed, limits)]
+    if against:
+        raise Invalid(against)
+    _print_changes(Changes(list(plan.kept), list(plan.initialised), list(plan.dropped)))
+    return 0
+
+
+def _print_changes(changes: Changes, kept: bool = True) -> None:
+    """A line for every symbol; ``kept``: also for those that go on as they are."""
+    shown = changes.kept if kept else []
+    for what, paths in (("initialised", changes.initialised), ("dropped", changes.dropped), ("kept", shown)):
+        for path in paths:
+            print(f"{what:<12}{visible(path)}")
+    say(f"{plural(len(changes.kept), 'symbol')} kept, {len(changes.initialised)} initialised, "
+        f"{len(changes.dropped)} dropped")
+
+
+def _print_state(state: State) -> None:
+    print(f"program  {visible(state.name)}, {state.digest[:12]}, engine {state.engine}")
+    print(f"state    {state.state}" + (f" {state.staged[:12]}, client {visible(state.client)}" if state.staged else ""))
+    if state.state == "testing":
+        print(f"         back to the program before in {milliseconds(max(state.left_ns, 0))} ms, unless committed")
+    print(f"scans    {state.scans}, {milliseconds(state.now_ns)} ms")
+    if state.last:
+        print(f"last     {visible(state.last)}")
+    if state.pause_ns:
+        print(f"pause    {state.pause_ns / 1e6:.3f} ms, of the last swap")
+    sys.stdout.flush()
+    report(wire.diagnostic(found) for found in state.faults)

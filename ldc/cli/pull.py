@@ -1,0 +1,33 @@
+"""`ldc pull`: the sources of the program that runs, or whether those here are the same."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ldc.cli import link, shipped
+from ldc.cli.console import say
+from ldc.cli.inputs import read
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.render import plural
+from runtime.online.wire import Pull
+
+
+def run(options: argparse.Namespace) -> int:
+    """Raises Invalid (LD0830) with --check when anything differs."""
+    sources = read(options.sources)
+    answer = link.ask(link.runtime_of(options, sources), Pull())
+    texts = answer.sources or []
+    if not options.check:
+        shipped.write(texts, Path(options.folder))
+        say(f"{plural(len(texts), 'file')} of program {answer.state.digest[:12]} in {options.folder}")
+        return 0
+    found = shipped.differences(shipped.texts_of(sources), texts)
+    if found:
+        diagnostics = Diagnostics()
+        for path, what in found:
+            diagnostics.error("LD0830", f"`{path}` is not what runs: {what}",
+                              help="`ldc pull -o DIR` gives what runs; `ldc online stage` makes this run")
+        raise Invalid(diagnostics)
+    say(f"{plural(len(texts), 'file')}, all as in program {answer.state.digest[:12]}")
+    return 0

@@ -1,0 +1,59 @@
+"""The sources of a program as they are handed to the runtime and come back from it: paths within the project."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path, PurePosixPath
+
+from ldc.cli.console import Failure
+from ldc.manifest import Sources
+from ldc.source import SourceFile
+
+Texts = tuple[tuple[str, str], ...]
+
+
+def texts_of(sources: Sources) -> Texts:
+    """Path and text of every source, of the project file and of the descriptors, sorted by path."""
+    files: list[SourceFile] = [*sources.files, *(source for source, _ in sources.descriptors)]
+    if sources.manifest:
+        files.append(sources.manifest.source)
+        root = sources.manifest.folder.resolve()
+    else:
+        folders = [Path(f.path).resolve().parent for f in sources.files]
+        root = Path(os.path.commonpath(folders)) if folders else Path.cwd()
+    found = {Path(os.path.relpath(Path(f.path).resolve(), root)).as_posix(): f.text for f in files}
+    return tuple(sorted(found.items()))
+
+
+def differences(ours: Iterable[tuple[str, str]], theirs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Path and what is different about it: ``changed``, ``only here``, ``only in the runtime``."""
+    here, there = dict(ours), dict(theirs)
+    found = []
+    for path in sorted({*here, *there}):
+        if path not in there:
+            found.append((path, "only here"))
+        elif path not in here:
+            found.append((path, "only in the runtime"))
+        elif here[path] != there[path]:
+            found.append((path, "changed"))
+    return found
+
+
+def write(texts: Sequence[tuple[str, str]], folder: Path) -> None:
+    """Writes what a runtime gave into a folder that is new or empty. Raises Failure when it is neither, or a
+    path leads out of it."""
+    for path, _ in texts:
+        parts = PurePosixPath(path).parts
+        if not parts or path.startswith("/") or ".." in parts or "\0" in path:
+            raise Failure(f"the runtime has a source `{path[:80]}`, which lies outside of the project")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise Failure(f"`{folder}` is not empty")
+        for path, text in texts:
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(text.encode("utf-8"))
+    except OSError as error:
+        raise Failure(f"cannot write to `{folder}`: {error.strerror or error}") from error

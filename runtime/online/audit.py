@@ -1,0 +1,46 @@
+"""The audit log: one JSON object a line for every change of what runs, and for every refusal."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from runtime.online.controller import Event
+
+
+class Audit:
+    """Appends to a file of the user's own (mode 0600). ``warn`` is told once when it cannot be written any
+    more: the program runs on. Raises OSError when it cannot be opened."""
+
+    def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        self._warn, self._failed = warn, False
+
+    def event(self, event: Event) -> None:
+        """An event of the controller."""
+        codes = [fault.code for fault in event.faults]
+        self.line(event.action, scan=event.scan, t_ns=event.now_ns, program=event.digest,
+                  client=client_name(event.owner), detail=event.detail, codes=codes)
+
+    def line(self, action: str, **more: object) -> None:
+        """One line; ``time`` is UTC."""
+        row = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "action": action, **more}
+        try:
+            os.write(self._file, (json.dumps(row) + "\n").encode())
+        except OSError as error:
+            if not self._failed:
+                self._failed = True
+                self._warn(f"the audit log cannot be written: {error}")
+
+    def close(self) -> None:
+        os.close(self._file)
+
+
+def client_name(owner: str) -> str:
+    """Tells clients apart without telling their secret."""
+    return hashlib.sha256(owner.encode()).hexdigest()[:8] if owner else ""

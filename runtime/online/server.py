@@ -1,0 +1,235 @@
+"""The control socket: requests come in threads of their own, what they do is done between two scans.
+
+Loading and checking a program takes long and happens beside the scans; only the swap itself is handed to the
+thread that runs them (``serve``).
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from pathlib import Path
+from typing import TypeVar
+
+from ldc.diagnostics import Invalid
+from runtime.online import findings, wire
+from runtime.online.audit import Audit, client_name
+from runtime.online.checks import Limits
+from runtime.online.controller import TEST_NS, Controller, Event, Staged, prepare
+from runtime.online.loading import areas_of, engine_of, load
+from runtime.online.wire import Act, Answer, Changes, Pull, Report, Request, Stage, State, Status
+
+_CLIENTS = 8
+_POLL = 0.2
+_LONGEST = 24 * 3600 * 10**9
+Result = TypeVar("Result")
+
+
+class Busy(Exception):
+    """Another runtime serves the socket."""
+
+
+class Server:
+    """Serves ``controller`` at the socket ``path``. ``name``: of the program, for people.
+
+    Raises OSError when the socket cannot be made, Busy when a runtime has it. The folder of the socket
+    is made for the user alone.
+    """
+
+    def __init__(self, controller: Controller, path: Path, name: str, audit: Audit,
+                 limits: Limits = Limits(), say: Callable[[str], None] = lambda text: None) -> None:
+        self.controller, self.path, self.name = controller, path, name
+        self._audit, self._limits, self._say = audit, limits, say
+        self._last, self._pause = "", 0
+        self._jobs: queue.SimpleQueue[tuple[Future, Callable[[], object]]] = queue.SimpleQueue()
+        self._room = threading.Semaphore(_CLIENTS)
+        self._loading = threading.Lock()
+        self._ended = threading.Event()
+        self._socket = _bound(path)
+        controller.note = self._note
+        self._thread = threading.Thread(target=self._accept, name="online", daemon=True)
+        self._thread.start()
+        self._audit.line("started", program=controller.running.digest, name=name)
+
+    def close(self) -> None:
+        """No further requests; those that wait are answered by the end of their connection."""
+        self._ended.set()
+        self._thread.join()
+        self._socket.close()
+        self.path.unlink(missing_ok=True)
+        while not self._jobs.empty():
+            self._jobs.get()[0].cancel()
+        self._audit.line("ended", program=self.controller.running.digest, scan=self.controller.machine.scans)
+
+    # ---- of the thread that runs scans -----------------------------------------------------------
+
+    def serve(self) -> bool:
+        """To be called between two scans: does what clients want; whether another program runs now."""
+        controller, before = self.controller, self.controller.swaps
+        controller.between()
+        while not self._jobs.empty():
+            future, job = self._jobs.get()
+            begin = time.perf_counter_ns()
+            swaps = controller.swaps
+            try:
+                future.set_result(job())
+            except Invalid as error:
+                future.set_exception(error)
+            if controller.swaps != swaps:
+                self._pause = time.perf_counter_ns() - begin
+        return controller.swaps != before
+
+    def _note(self, event: Event) -> None:
+        self._audit.event(event)
+        self._last = f"{event.action}: {event.detail}" if event.action == "reverted" else event.action
+        self._say(f"online change, scan {event.scan}: {self._last}")
+
+    # ---- of the threads of clients ---------------------------------------------------------------
+
+    def _accept(self) -> None:
+        self._socket.settimeout(_POLL)
+        while not self._ended.is_set():
+            try:
+                connection, _ = self._socket.accept()
+            except TimeoutError:
+                continue
+            except OSError:
+                time.sleep(_POLL)  # too many open files: those that are open end
+                continue
+            if not self._room.acquire(blocking=False):
+                connection.close()
+                continue
+            threading.Thread(target=self._client, args=(connection,), daemon=True).start()
+
+    def _client(self, connection: socket.socket) -> None:
+        """One request and its answer. A client that goes away, or is slow, leaves nothing behind."""
+        try:
+            with connection:
+                if not _same_user(connection):
+                    return
+                try:
+                    answer = self._answer(wire.receive(connection, Request))
+                except Invalid as error:
+                    answer = Answer(findings=[wire.finding(d) for d in error.diagnostics])
+                    self._audit.line("refused", codes=[d.code for d in error.diagnostics],
+                                     detail=error.diagnostics[0].message)
+                wire.send(connection, answer)
+        except (OSError, CancelledError):
+            return
+        finally:
+            self._room.release()
+
+    def _answer(self, request: Request) -> Answer:
+        match request:
+            case Status():
+                return self._between(lambda: Answer(state=self._state()))
+            case Pull():
+                return self._between(self._pulled)
+            case Report():
+                return self._report()
+            case Stage():
+                return self._stage(request)
+            case Act():
+                return self._act(request)
+
+    def _between(self, job: Callable[[], Result]) -> Result:
+        """The result of a job that is done between two scans."""
+        future: Future = Future()
+        self._jobs.put((future, job))
+        if self._ended.is_set():
+            future.cancel()
+        return future.result()
+
+    def _stage(self, request: Stage) -> Answer:
+        if not self._loading.acquire(blocking=False):
+            raise findings.refused(findings.in_other_hands("another client is staging a program just now"))
+        try:
+            controller = self.controller
+            self._between(lambda: controller.free_for(request.owner))
+            old = controller.running
+            new = load(request, old.machine, self.path.parent)
+            staged = prepare(old, new, request.base, request.owner, self._limits)
+
+            self._between(lambda: controller.stage(staged))
+            return self._changes(staged)
+        finally:
+            self._loading.release()
+
+    def _act(self, request: Act) -> Answer:
+        controller, owner = self.controller, request.owner
+        limit = TEST_NS if request.limit_ns is None else request.limit_ns
+        if not 0 < limit <= _LONGEST:
+            raise wire.refuse(f"a test of {limit} ns")
+        actions = {
+            "test": lambda: controller.test(owner, limit),
+            "untest": lambda: controller.untest(owner),
+            "commit": lambda: controller.commit(owner),
+            "cancel": lambda: controller.cancel(owner, request.force),
+        }
+        if request.action not in actions:
+            raise wire.refuse(f"`{request.action[:20]}` is no action")
+
+        def act() -> Answer:
+            actions[request.action]()
+            return Answer(state=self._state())
+
+        return self._between(act)
+
+    def _state(self) -> State:
+        controller, machine = self.controller, self.controller.machine
+        left = controller.deadline_ns - machine.now_ns if controller.deadline_ns is not None else 0
+        faults = [wire.finding(fault.diagnostic()) for fault in machine.faults]
+        staged = controller.staged.new.digest if controller.staged else ""
+        client = client_name(controller.staged.owner) if controller.staged else ""
+        return State(self.name, engine_of(machine), controller.state, controller.running.digest, staged,
+                     machine.scans, machine.now_ns, left, faults, machine.resource, areas_of(machine),
+                     client, self._last, self._pause)
+
+    def _pulled(self) -> Answer:
+        running = self.controller.running
+        return Answer(state=self._state(), image=running.image, sources=list(running.sources))
+
+    def _report(self) -> Answer:
+        staged = self.controller.staged
+        if staged is None:
+            raise findings.refused(findings.nothing_staged("report"))
+        return self._changes(staged)
+
+    def _changes(self, staged: Staged) -> Answer:
+        plan = staged.plan
+        changes = Changes(list(plan.kept), list(plan.initialised), list(plan.dropped))
+        return Answer(state=self._between(self._state), changes=changes)
+
+
+def _bound(path: Path) -> socket.socket:
+    """A listening socket that only this user can reach. One that a dead runtime left is replaced."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    made = socket.socket(socket.AF_UNIX)
+    if path.exists():
+        with socket.socket(socket.AF_UNIX) as probe:
+            try:
+                probe.connect(str(path))
+            except ConnectionRefusedError:
+                path.unlink()
+            else:
+                made.close()
+                raise Busy(str(path))
+    before = os.umask(0o177)
+    try:
+        made.bind(str(path))
+    finally:
+        os.umask(before)
+    made.listen(_CLIENTS)
+    return made
+
+
+def _same_user(connection: socket.socket) -> bool:
+    raw = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
+    _, user, _ = struct.unpack("3i", raw)
+    return user in (os.getuid(), 0)

@@ -1,0 +1,167 @@
+"""Messages of online change: msgpack behind a length, on a local socket (docs/online.md, "Protocol").
+
+A message is four bytes of length (big-endian, at most ``LIMIT``) and a map. One request, one answer, and the
+connection ends. What has another shape, version or size is refused (LD0827), never guessed at.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from typing import TypeVar
+
+import msgspec
+
+from ldc.diagnostics import Diagnostic, Severity
+from runtime.online import findings
+
+VERSION = 1
+LIMIT = 64 << 20
+PATIENCE = 30.0
+"""Seconds that one message may take."""
+
+Message = TypeVar("Message")
+
+
+class _Request(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
+    version: int = VERSION
+
+
+class Status(_Request, tag="status"):
+    """What runs, what is staged."""
+
+
+class Pull(_Request, tag="pull"):
+    """The image that runs, and its sources."""
+
+
+class Report(_Request, tag="report"):
+    """What the staged program would do to each symbol."""
+
+
+class Stage(_Request, tag="stage"):
+    """A program, compiled for the running one with the digest ``base``. ``library`` and ``parts``: native
+    code and the places of its faults, None and empty for the virtual machine; ``areas``: bytes of I, Q and M
+    in its memory. ``owner``: a secret of the client, by which it is known again."""
+
+    image: bytes
+    sources: list[tuple[str, str]]
+    base: str
+    owner: str
+    library: bytes | None = None
+    parts: list[tuple[str, list[int]]] = []
+    areas: dict[str, int] = {}
+
+
+class Act(_Request, tag="act"):
+    """``action``: test, untest, commit or cancel. ``limit_ns``: of a test; ``force``: of cancel."""
+
+    action: str
+    owner: str
+    limit_ns: int | None = None
+    force: bool = False
+
+
+Request = Status | Pull | Report | Stage | Act
+
+
+class Finding(msgspec.Struct, forbid_unknown_fields=True):
+    """A diagnostic without a place."""
+
+    code: str
+    message: str
+    help: str
+    severity: str = "error"
+
+
+class State(msgspec.Struct, forbid_unknown_fields=True):
+    """``state``: running, staged or testing; ``left_ns``: of a test. ``last``: how the last change ended. ``client``: who
+    staged a program, by the name that the audit log has too."""
+
+    name: str
+    engine: str
+    state: str
+    digest: str
+    staged: str
+    scans: int
+    now_ns: int
+    left_ns: int
+    faults: list[Finding]
+    resource: int
+    areas: dict[str, int]
+    client: str = ""
+    last: str = ""
+    pause_ns: int = 0
+
+
+class Changes(msgspec.Struct, forbid_unknown_fields=True):
+    """Paths by what becomes of them."""
+
+    kept: list[str]
+    initialised: list[str]
+    dropped: list[str]
+
+
+class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    """``findings``: why a request was refused; what was asked for otherwise."""
+
+    version: int = VERSION
+    findings: list[Finding] = []
+    state: State | None = None
+    changes: Changes | None = None
+    image: bytes | None = None
+    sources: list[tuple[str, str]] | None = None
+
+
+def finding(diagnostic: Diagnostic) -> Finding:
+    return Finding(diagnostic.code, diagnostic.message, diagnostic.help, str(diagnostic.severity))
+
+
+def diagnostic(found: Finding) -> Diagnostic:
+    """Raises Invalid (LD0827) when the severity is none."""
+    try:
+        return Diagnostic(found.code, found.message, None, (), found.help, Severity(found.severity))
+    except ValueError:
+        raise refuse(f"`{found.severity[:20]}` is no severity") from None
+
+
+def refuse(what: str) -> Exception:
+    return findings.refused(findings.bad_message(what))
+
+
+def send(connection: socket.socket, message: msgspec.Struct) -> None:
+    """Raises OSError when the other end is gone, Invalid (LD0827) for a message that is too long."""
+    data = msgspec.msgpack.encode(message)
+    if len(data) > LIMIT:
+        raise refuse(f"{len(data):,} bytes are more than the {LIMIT:,} of a message")
+    connection.settimeout(PATIENCE)
+    connection.sendall(struct.pack(">I", len(data)) + data)
+
+
+def receive(connection: socket.socket, type_: type[Message]) -> Message:
+    """The message of the other end. Raises Invalid (LD0827) when it is none, OSError when it is gone or slow."""
+    end = time.monotonic() + PATIENCE
+    length, = struct.unpack(">I", _exactly(connection, 4, end))
+    if length > LIMIT:
+        raise refuse(f"it says that it has {length:,} bytes, {LIMIT:,} are possible")
+    data = _exactly(connection, length, end)
+    try:
+        message = msgspec.msgpack.decode(data, type=type_)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise refuse(str(error)) from None
+    if message.version != VERSION:
+        raise refuse(f"it has version {message.version}, this ldc speaks version {VERSION}")
+    return message
+
+
+def _exactly(connection: socket.socket, count: int, end: float) -> bytes:
+    parts, left = [], count
+    while left:
+        connection.settimeout(max(end - time.monotonic(), 0.001))
+        part = connection.recv(min(left, 1 << 20))
+        if not part:
+            raise refuse("it ends too early" if parts or count > 4 else "there is none")
+        parts.append(part)
+        left -= len(part)
+    return b"".join(parts)
