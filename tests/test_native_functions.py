@@ -17,9 +17,8 @@ from ldc.symbols import Variable
 pytestmark = native.needs_gcc
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_native_code_computes_what_the_library_means(group: str) -> None:
-    dice = random.Random(group)
+def program_of(group: str) -> tuple[list, il.Program]:
+    """The calls of a group, and a program that makes each: ``q<n>`` of the variables ``a<n>_<m>``."""
     found = [call for name in GROUPS[group] for call in calls(functions.TABLE[name])]
     variables, rungs = [], []
     for at, call in enumerate(found):
@@ -31,7 +30,14 @@ def test_native_code_computes_what_the_library_means(group: str) -> None:
         rungs.append(il.RungCode(f"r{at}", code))
     unit = il.Unit("PROGRAM", "main", tuple(variables), tuple(rungs))
     resource = il.Resource("plc", "master", (il.Task("main"),), (il.Run("main", "main", "main"),))
-    machine = native.machine(il.Program((unit,), (), (), (resource,)), 1)
+    return found, il.Program((unit,), (), (), (resource,))
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_native_code_computes_what_the_library_means(group: str) -> None:
+    dice = random.Random(group)
+    found, program = program_of(group)
+    machine = native.machine(program, 1)
     meanings = [functions.meaning(call.name, call.parameters, call.result) for call in found]
     for _ in range(12):
         expected = []
