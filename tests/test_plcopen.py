@@ -251,8 +251,8 @@ def test_types_variables_initial_values_and_tasks() -> None:
     found = built(project(pou(body, "q : BOOL", sections=SECTIONS), types=TYPES, instances=INSTANCES))
     machine = Machine(found.program)
     machine.scan()
-    shown = {name: machine.get(name) for name in ("q", "kept", "most", "shade", "text", "at.x", "level")}
-    assert shown == {"q": True, "kept": 16, "most": 7, "shade": 5, "text": "a < b", "at.x": 8, "level": 3}
+    shown = {name: machine.get(name) for name in ("q", "kept", "most", "shade", "text", "at_.x", "level")}
+    assert shown == {"q": True, "kept": 16, "most": 7, "shade": 5, "text": "a < b", "at_.x": 8, "level": 3}
     resource, = found.program.resources
     assert [(t.name, t.interval, t.priority) for t in resource.tasks] == [
         ("fast", 5_000_000, 1), ("slow", 20_000_000, 2)]

@@ -15,7 +15,8 @@ from ldc.parser.lexer import KEYWORDS
 from ldc.source import SourceFile, Span
 from ldc.types import ELEMENTARY
 
-_RESERVED = frozenset((*KEYWORDS, *ELEMENTARY, "STRING", "WSTRING"))
+RESERVED = frozenset((*KEYWORDS, *ELEMENTARY, "STRING", "WSTRING"))
+"""Words, in capitals, that nothing can be called."""
 _LONGEST = 100
 _NOT_IN_NAMES = re.compile(r"\W+|__+", re.ASCII)
 
@@ -85,10 +86,10 @@ class Names:
         if base[0].isdigit():
             base = f"n{base}"
         standard = pou and (is_function(base) or base.upper() in blocks.names())
-        if standard or base.upper() in _RESERVED or base.upper().startswith("_LDC"):
+        if standard or base.upper() in RESERVED or base.upper().startswith("_LDC"):
             base = f"{base}_"
         made, number = base, self._last.get(base.upper(), 1)
-        while made.upper() in self._taken or made.upper() in _RESERVED:
+        while made.upper() in self._taken or made.upper() in RESERVED:
             number += 1
             made = f"{base}_{number}"
         self._last[base.upper()] = number

@@ -19,6 +19,7 @@ from ldc.parser.plcopen import (
     invocations,
     kept,
     kinds,
+    names,
     others,
     texts,
     written,
@@ -48,16 +49,17 @@ def is_xml(source: SourceFile) -> bool:
 
 def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     """All POUs, types, global variables and configurations of the project (codes LD014x)."""
-    root = Document(source, diagnostics).root
+    reading = Reading(source, "PLCopen XML", diagnostics)
+    spelled = names.legal(source, reading)
+    root = Document(spelled, diagnostics).root
     lists = Lists(root) if root is not None and are_named(source) else None
-    if lists is not None and (plain := lists.unqualified(source)) is not source:
+    if lists is not None and (plain := lists.unqualified(spelled)) is not spelled:
         root = Document(plain, diagnostics).root
     if root is not None and root.tag not in ("project", "pou"):
         findings.no_project(diagnostics, root.span, root.tag)
         root = None
     if root is None:
         return ast.File(source, (), (), (), (), (), True)
-    reading = Reading(source, "PLCopen XML", diagnostics)
     if source.text.count(";") - source.text.count("&") > MAX_STATEMENTS:
         findings.too_large(diagnostics, root.span, MAX_STATEMENTS, "statements")
         return ast.File(source, (), (), (), (), (), True)

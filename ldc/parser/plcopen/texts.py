@@ -6,6 +6,7 @@ import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, literals
+from ldc.parser.foreign import RESERVED
 from ldc.parser.lexer import KEYWORDS, MAX_WORD
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
@@ -38,6 +39,8 @@ def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str |
 def label(text: str, default: str) -> str:
     """A name made of any text: for what nobody refers to."""
     text = re.sub(r"\W+", "_", text.strip(), flags=re.ASCII).strip("_") or default or "unnamed"
+    if text.upper() in RESERVED:
+        return f"{text}_"
     return f"_{text}" if text[0].isdigit() else text
 
 
