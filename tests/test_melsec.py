@@ -242,6 +242,7 @@ def test_comparisons_of_32_bits() -> None:
     ("LD X0, MPP, OUT Y0", "LD0150 MELSEC: MPP without MPS before it"),
     ("NOP, OUT Y0", "LD0150 MELSEC: OUT stands before any LD"),
     ("LD X0, AND X1", "LD0150 MELSEC: a rung without an output"),
+    ("LD X0, OUT T0", "LD0150 MELSEC: OUT T0 has no preset"),
     ("LD X0, OUT Y0 Y1 Y2", "LD0150 MELSEC: OUT has 1 or 2 operands, here are 3"),
     ("LD X0, OUT Y0, OR X1, OUT Y1", "LD0151 MELSEC: OR behind an output is not supported"),
     ("LD X0, SFTL M0 M1 K3 K1", "LD0151 MELSEC: the instruction SFTL is not supported"),

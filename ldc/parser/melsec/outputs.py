@@ -69,6 +69,10 @@ class Outputs:
         if len(operands) != 1:
             self.operands(it, range(1, 2))
             return None
+        if it.name == "OUT" and kind in ("T", "C"):
+            self.reading.malformed(it.span, f"{it.span.text} has no preset", "it takes two operands",
+                                   f"write `{it.span.text} K10`, or the D that holds the preset")
+            return None
         target = self.devices.write(operands[0], _COILS, "device with a coil")
         return [[ast.Coil(_MODIFIERS[it.name], target, it.span)]] if target is not None else None
 
