@@ -35,6 +35,11 @@ from ldc.types import (
 _ADDRESS_TYPES = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 _INTRINSIC = {"%NOW": TIME, "%FIRST_SCAN": BOOL}
 
+_INSTEAD = {
+    "FUNCTION_BLOCK": "declare an instance: `name : {};`", "FUNCTION": "call it: `{}(...)`",
+    "PROGRAM": "variables that several programs use are declared in VAR_GLOBAL",
+}
+
 
 def variable_place(found: tuple[Variable, bool], span: Span | None) -> Place:
     variable, is_global = found
@@ -95,8 +100,7 @@ def _unknown(env: Environment, node: ast.Name, diagnostics: Diagnostics) -> None
     elif signature is not None:
         kind = signature.kind.lower().replace("_", " ")
         findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", f"this is a {kind}",
-                             f"declare an instance: `name : {signature.name};`"
-                             if signature.kind == "FUNCTION_BLOCK" else "")
+                             _INSTEAD[signature.kind].format(signature.name))
     elif env.type_named(key) is not None:
         findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", "this is a type",
                              f"declare a variable: `name : {node.name};`")
