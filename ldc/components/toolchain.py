@@ -18,7 +18,7 @@ _MESSAGE = re.compile(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """``command``: its name on the PATH. ``variable``: the environment variable that names another one."""
+    """``command``: its name on the PATH. ``variable``: the environment variable that names another one. ``purpose``: what it does, after `it`."""
 
     command: str
     variable: str
@@ -26,15 +26,15 @@ class Tool:
     purpose: str
 
 
-GCC = Tool("gcc", "LDC_CC", "gcc", "C for this computer")
-GXX = Tool("g++", "LDC_CXX", "g++", "C++ for this computer")
+GCC = Tool("gcc", "LDC_CC", "gcc", "compiles C for this computer")
+GXX = Tool("g++", "LDC_CXX", "g++", "compiles C++ for this computer")
 ARM_GCC = Tool(
-    "arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi", "C for Cortex-M"
+    "arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi", "compiles C for Cortex-M"
 )
 ARM_GXX = Tool(
-    "arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib", "C++ for Cortex-M"
+    "arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib", "compiles C++ for Cortex-M"
 )
-QEMU_ARM = Tool("qemu-system-arm", "LDC_QEMU_ARM", "qemu-system-arm", "emulated Cortex-M boards")
+QEMU_ARM = Tool("qemu-system-arm", "LDC_QEMU_ARM", "qemu-system-arm", "runs firmware on emulated boards")
 
 
 def find(tool: Tool, diagnostics: Diagnostics | None = None) -> str | None:
