@@ -102,7 +102,7 @@ def broken_package(diagnostics: Diagnostics, name: str, value: str, why: str) ->
 def no_tool(diagnostics: Diagnostics, command: str, purpose: str, package: str, variable: str) -> None:
     diagnostics.error(
         "LD1010",
-        f"`{command}` is not installed: it compiles {purpose}",
+        f"`{command}` is not installed: it {purpose}",
         None,
         help=f"apt-get install {package}, or set {variable} to another one",
     )
