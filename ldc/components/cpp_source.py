@@ -7,17 +7,20 @@ findings here put that into the words of the project.
 
 from __future__ import annotations
 
+import hashlib
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from ldc.components import findings, lookup, toolchain
 from ldc.components.address_map import MACROS, AddressMap, Symbol
-from ldc.components.c_source import INCLUDE, Rewritten
+from ldc.components.c_source import Rewritten
 from ldc.components.descriptor import Component
+from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics
 from ldc.il import c_types
 from ldc.source import SourceFile, Span
-from ldc.types import BOOL, Array, storage
+from ldc.types import Array
 
 _USE = re.compile(r"\b(PLC_M|PLC_D|LCD)\s*\(\s*(\w*)\s*\)")
 _RAW = re.compile(
@@ -25,6 +28,7 @@ _RAW = re.compile(
     r"|\(\s*(?:const\s+|volatile\s+)*\w+(?:\s+\w+)*\s*\*+\s*\)\s*\(?\s*)"
     r"((?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uUlL]*)"
 )
+_CHANGES = re.compile(r"\.t?(data|bss)(?!\.rel\.ro)\b")
 _SKIP = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
 
 
@@ -38,7 +42,7 @@ def rewrite(
 ) -> Rewritten | None:
     """One C++ source for the processor of the map, or None with findings. The text includes the author's
     file, so that its lines stay where they are."""
-    code = _SKIP.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), source.text)
+    code = _code(source)
     before = len(diagnostics)
     reads = _uses(code, source, memory, diagnostics)
     for match in _RAW.finditer(code):
@@ -67,8 +71,6 @@ def rewrite(
             "-o",
             "-",
             "-O0",
-            "-isystem",
-            str(INCLUDE),
             "-I",
             str(component.folder.resolve()),
             "-I",
@@ -78,22 +80,38 @@ def rewrite(
             str(unit),
         ]
     )
+    sources = own_files(component, diagnostics)
     toolchain.report(
         [s for s in said if s.level == "error"],
-        {str(path): source},
+        sources,
         component.span("function", "sources"),
         diagnostics,
     )
     if status:
         return None
     for name in _static_data(assembly):
-        at = re.search(rf"\b{re.escape(name)}\b", code)
-        span = Span(source, at.start(), at.end()) if at else component.span("function", "sources")
-        findings.static_data(diagnostics, span, name)
+        findings.static_data(diagnostics, _where(name, (source, *sources.values()), component), name)
     defines = frozenset(re.findall(r"^(\w+):", assembly, re.MULTILINE))
-    return (
-        None if len(diagnostics) > before else Rewritten(text, frozenset(reads), frozenset(writes), defines)
-    )
+    if len(diagnostics) > before:
+        return None
+    # The text includes files; what it is known by has to change with them.
+    made_of = "\0".join((assembly, *(sources[path].text for path in sorted(sources))))
+    text += f"// {hashlib.sha256(made_of.encode()).hexdigest()}\n"
+    return Rewritten(text, frozenset(reads), frozenset(writes), defines)
+
+
+def _where(name: str, sources: Iterable[SourceFile], component: Component) -> Span:
+    """Where a name first stands in a source or in a header of its own."""
+    for source in sources:
+        at = re.search(rf"\b{re.escape(name)}\b", _code(source))
+        if at is not None:
+            return Span(source, at.start(), at.end())
+    return component.span("function", "sources")
+
+
+def _code(source: SourceFile) -> str:
+    """The text with blanks for comments and literals."""
+    return _SKIP.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), source.text)
 
 
 def _references(memory: AddressMap) -> str:
@@ -122,7 +140,8 @@ def _assigned(code: str, end: int) -> bool:
 
 
 def _static_data(assembly: str) -> list[str]:
-    """Variables with a place of their own in the compiled text: in .data or .bss, not constants."""
+    """Variables with a place of their own in the compiled text: in .data or .bss (or .tbss of a thread, or
+    .bss.NAME of a template), not constants."""
     found, section = [], ""
     for line in assembly.splitlines():
         word = line.split()
@@ -132,7 +151,7 @@ def _static_data(assembly: str) -> list[str]:
             section = word[0] if word[0] != ".section" else word[1].split(",")[0]
         elif word[0] in (".local", ".comm"):
             found.append(word[1].split(",")[0])
-        elif line[:1] not in (" ", "\t", ".", "#") and line.endswith(":") and section in (".data", ".bss"):
+        elif line[:1] not in (" ", "\t", ".", "#") and line.endswith(":") and _CHANGES.match(section):
             found.append(line[:-1])
     names = (_plain(name) for name in found)
     return [name for name in dict.fromkeys(names) if name and name != "ldc_memory"]
@@ -163,9 +182,10 @@ def _object(symbol: Symbol, memory: AddressMap) -> str | None:
     element = symbol.type
     while isinstance(element, Array):
         element = element.element
-    plain = "uint8_t" if storage(element) == BOOL else c_types.scalar(element)
+    plain = c_types.scalar(element)
     if plain is None:
         return None
+    plain += "".join(f"[{count}]" for count in c_types.dimensions(symbol.type)[1:])
     write = "true" if memory.processor in symbol.writers else "false"
     kind = "Elements" if isinstance(symbol.type, Array) else "Value"
     if symbol.bit is not None:
@@ -191,6 +211,13 @@ template <typename T, unsigned long Address, bool Writable> struct Value {
   template <typename V> const Value &operator|=(V value) const { return *this = (T)*this | value; }
   template <typename V> const Value &operator&=(V value) const { return *this = (T)*this & value; }
   template <typename V> const Value &operator^=(V value) const { return *this = (T)*this ^ value; }
+  template <typename V> const Value &operator%=(V value) const { return *this = (T)*this % value; }
+  template <typename V> const Value &operator<<=(V value) const { return *this = (T)*this << value; }
+  template <typename V> const Value &operator>>=(V value) const { return *this = (T)*this >> value; }
+  const Value &operator++() const { return *this += 1; }
+  const Value &operator--() const { return *this -= 1; }
+  T operator++(int) const { T before = *this; *this += 1; return before; }
+  T operator--(int) const { T before = *this; *this -= 1; return before; }
 };
 template <typename T, unsigned long Address, bool Writable> struct Elements {
   volatile T &operator[](unsigned long index) const {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
@@ -13,6 +14,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.reading import read_source
 from ldc.source import SourceFile
 
+_QUOTED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 GROUP = "ldc.components"
 """The entry point group. The value of an entry point is a package; the descriptors lie in its folder."""
 
@@ -101,3 +103,23 @@ def body_sources(component: Component, diagnostics: Diagnostics) -> tuple[Source
             return None
         found.append(source)
     return tuple(found)
+
+
+def own_files(component: Component, diagnostics: Diagnostics) -> dict[str, SourceFile]:
+    """The sources of a C or C++ component and the headers of its folder that they include, by absolute path:
+    all that its code is made from beside its descriptor."""
+    root = component.folder.resolve()
+    todo = list(body_sources(component, diagnostics) or ())
+    found = {str(Path(source.path).resolve()): source for source in todo}
+    while todo:
+        source = todo.pop()
+        for name in _QUOTED.findall(source.text):
+            for folder in (Path(source.path).parent, component.folder):
+                path = (folder / name).resolve()
+                if str(path) in found or not path.is_relative_to(root) or not path.is_file():
+                    continue
+                header = read_source(path, (folder / name).as_posix(), diagnostics)
+                if header is not None:
+                    found[str(path)] = header
+                    todo.append(header)
+    return found

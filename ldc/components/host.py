@@ -15,7 +15,7 @@ from pathlib import Path
 from ldc.components import c_source, cpp_source, findings, header, toolchain
 from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
 from ldc.components.descriptor import Component
-from ldc.components.find import body_sources
+from ldc.components.find import body_sources, own_files
 from ldc.components.project import Native
 from ldc.components.toolchain import Tool
 from ldc.diagnostics import Diagnostics
@@ -51,8 +51,9 @@ _CXX_SKIPS = (
 
 
 def digest(component: Component, diagnostics: Diagnostics) -> str:
-    """SHA-256 of all that a component's code is made from: its descriptor, its sources."""
-    texts = [source.text for source in body_sources(component, diagnostics) or ()]
+    """SHA-256 of all that a component's code is made from: its descriptor, its sources and their headers."""
+    files = own_files(component, diagnostics)
+    texts = [files[path].text for path in sorted(files)]
     return hashlib.sha256("\0".join((component.source.text, *texts)).encode()).hexdigest()
 
 
@@ -109,7 +110,8 @@ def build(
             return None
         flags = [f for f in FLAGS if component.language == "c" or f not in _CXX_SKIPS]
         flags += [
-            *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ()),
+            # The runtime of the sanitizers is in the process that loads the library.
+            *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ("-Wl,-z,defs",)),
             *component.cflags,
             f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}",
         ]
@@ -199,12 +201,12 @@ def _compile(
         files.append(str(path))
     glue = folder / f"glue{suffix}"
     glue.write_text(_GLUE.replace("ENTRY", component.entry), encoding="utf-8")
-    own = ["-isystem", str(c_source.INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
+    own = ["-I", str(component.folder.resolve()), "-I", str(folder)]
     return _linked(
         [compiler, *flags, *own],
         [*files, str(glue), "-lm"],
         library,
-        _named(component, diagnostics),
+        own_files(component, diagnostics),
         component.span("function", "sources"),
         diagnostics,
     )
@@ -229,14 +231,10 @@ def _linked(
     status, _, said = toolchain.run([*command, "-o", temporary, *files])
     toolchain.report(said, sources, where, diagnostics)
     if status:
-        os.unlink(temporary)
+        Path(temporary).unlink(missing_ok=True)  # a linker that fails takes its output away
         return False
     os.replace(temporary, library)
     return True
-
-
-def _named(component: Component, diagnostics: Diagnostics) -> dict[str, SourceFile]:
-    return {source.path: source for source in body_sources(component, diagnostics) or ()}
 
 
 _GLUE = """\

@@ -8,11 +8,13 @@ import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from ldc.components import findings
 from ldc.diagnostics import Diagnostics
 from ldc.source import SourceFile, Span
 
+_UNDEFINED = re.compile(r"^(?:\S*ld\S*: )?(.+?):(\d+): (undefined reference to .*)$", re.MULTILINE)
 _MESSAGE = re.compile(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.*)$", re.MULTILINE)
 
 
@@ -69,6 +71,7 @@ def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[
         Said(m[1], int(m[2]), int(m[3] or 1), "warning" if m[4] == "warning" else "error", m[5])
         for m in _MESSAGE.finditer(text)
     ]
+    said += [Said(m[1], int(m[2]), 1, "error", m[3]) for m in _UNDEFINED.finditer(text)]
     if done.returncode and not any(s.level == "error" for s in said):
         said.append(Said("", 0, 0, "error", text.strip().splitlines()[-1] if text.strip() else "no message"))
     return done.returncode, done.stdout.decode("utf-8", "replace"), said
@@ -77,13 +80,21 @@ def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[
 def report(
     said: Sequence[Said], sources: Mapping[str, SourceFile], where: Span, diagnostics: Diagnostics
 ) -> None:
-    """Compiler messages as findings at the author's lines; those of other files at ``where``."""
+    """Compiler messages as findings at the author's lines; those of other files at ``where``. ``sources``: by
+    the name that the compiler was given, or by absolute path."""
     for message in said:
-        source = sources.get(message.file)
+        source = sources.get(message.file) or sources.get(str(Path(message.file).resolve()))
         if source is not None and 1 <= message.line <= len(source.line_starts):
-            start = source.line_starts[message.line - 1] + max(message.column - 1, 0)
-            word = re.compile(r"\w+|.?").match(source.text, min(start, len(source.text)))
-            span = Span(source, word.start(), max(word.end(), word.start() + 1))
+            span = _word(source, message.line, message.column)
         else:
             span = where
         findings.compiler(diagnostics, span, message.text, message.level == "warning")
+
+
+def _word(source: SourceFile, line: int, column: int) -> Span:
+    """The word at a column; the whole line when it does not reach that far, as after a macro, or at no word."""
+    start = source.line_starts[line - 1] + column - 1
+    if column <= 1 or column > len(source.line(line)):
+        return source.line_span(line)
+    word = re.compile(r"\w+|.").match(source.text, start)
+    return Span(source, word.start(), word.end())

@@ -50,12 +50,22 @@ def scalar(type_: Type) -> str | None:
     return None
 
 
-def field(name: str, type_: Type) -> str | None:
-    """The declaration of a member: ``float speed``, ``int16_t values[10]``, a string as
-    ``struct { uint16_t length; char text[80]; } name``. None when the type cannot be a pin of C."""
-    sizes = ""
+def dimensions(type_: Type, flat: bool = False) -> list[int]:
+    """How many elements each dimension of an array has in C, where every one begins at 0; none: no array.
+    ``flat``: those of one ARRAY as one, the same bytes."""
+    counts = []
     while isinstance(type_, Array):
-        sizes += f"[{type_.count}]"
+        counts += [type_.count] if flat else [high - low + 1 for low, high in type_.bounds]
+        type_ = type_.element
+    return counts
+
+
+def field(name: str, type_: Type, flat: bool = False) -> str | None:
+    """The declaration of a member: ``float speed``, ``int16_t values[10]``, a string as
+    ``struct { uint16_t length; char text[80]; } name``. None when the type cannot be a pin of C.
+    ``flat``: as of `dimensions`."""
+    sizes = "".join(f"[{count}]" for count in dimensions(type_, flat))
+    while isinstance(type_, Array):
         type_ = type_.element
     if isinstance(type_, String):
         if type_.name != "STRING":
@@ -81,11 +91,12 @@ def members(unit: Unit) -> dict[str, tuple[Variable, ...]]:
     }
 
 
-def structure(name: str, variables: tuple[Variable, ...]) -> str:
-    """The members of one of these structures, as C declares it. Raises ValueError for a type without C."""
+def structure(name: str, variables: tuple[Variable, ...], flat: bool = False) -> str:
+    """The members of one of these structures, as C declares it; ``flat``: as of `dimensions`. Raises ValueError
+    for a type without C."""
     lines = []
     for v in variables:
-        declared = field(v.name, v.type)
+        declared = field(v.name, v.type, flat)
         if declared is None:
             raise ValueError(f"{v.name}: {v.type} has no C type")
         lines.append(f"    {declared};")

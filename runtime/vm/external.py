@@ -69,7 +69,11 @@ def call(
 @cache
 def _declared(unit: Unit) -> cffi.FFI:
     ffi = cffi.FFI()
-    text = [c_types.structure(f"ldc_{part}", variables) for part, variables in c_types.members(unit).items()]
+    # Values of an array are one list here, whatever its dimensions.
+    text = [
+        c_types.structure(f"ldc_{part}", variables, flat=True)
+        for part, variables in c_types.members(unit).items()
+    ]
     text.append(
         "extern unsigned char *ldc_memory; void ldc_entry(const ldc_in *, ldc_out *, ldc_state *, uint32_t);"
     )
@@ -147,20 +151,23 @@ def _window(
     back: bool = False,
 ) -> Callable[[], None]:
     home = homes[shared.name.upper()]
-    element = shared.type.element if isinstance(shared.type, Array) else shared.type
+    element = shared.type
+    while isinstance(element, Array):
+        element = element.element
     plain = "unsigned char" if storage(element) == BOOL else c_types.scalar(element)
-    count = shared.type.count if isinstance(shared.type, Array) else 1
-    view = ffi.cast(f"{plain} *", memory + shared.offset)
-    value = _getter(element)
+    sizes = "".join(f"[{count}]" for count in c_types.dimensions(shared.type, flat=True))
+    view = ffi.cast(f"{plain} (*){sizes}" if sizes else f"{plain} *", memory + shared.offset)
+    value = _getter(shared.type)
+    fill = _filler(shared.type) if sizes else None
 
     def into() -> None:
         held = read(namespace, home)
-        view[0:count] = list(held) if isinstance(shared.type, Array) else [held]
+        if fill is None:
+            view[0] = held
+        else:
+            fill(view[0], held)
 
     def out() -> None:
-        if isinstance(shared.type, Array):
-            write(namespace, home, [value(view[n]) for n in range(count)])
-        else:
-            write(namespace, home, value(view[0]))
+        write(namespace, home, value(view[0]))
 
     return out if back else into

@@ -12,10 +12,9 @@ from pathlib import Path
 from ldc.backends.c import gcc
 from ldc.components import host, toolchain
 from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
-from ldc.components.find import body_sources
+from ldc.components.find import own_files
 from ldc.components.header import file_name
 from ldc.components.project import Native
-from ldc.components.c_source import INCLUDE
 from ldc.diagnostics import Diagnostics
 from ldc.il.block import Block
 from ldc.il.external import Binding
@@ -113,8 +112,8 @@ def _compiled(native: Native, texts: Sequence[str], command: Sequence[str], entr
               folder: Path, diagnostics: Diagnostics) -> bool:
     """Several sources become one object, in which only the entry has a name that others see."""
     component = native.component
-    own = ["-isystem", str(INCLUDE), "-I", str(component.folder.resolve()), "-I", str(folder)]
-    sources = {s.path: s for s in body_sources(component, diagnostics) or ()}
+    own = ["-I", str(component.folder.resolve()), "-I", str(folder)]
+    sources = own_files(component, diagnostics)
     files = []
     for number, text in enumerate(texts):
         path = folder / f"part{number}{'.cpp' if component.language == 'c++' else '.c'}"
