@@ -25,7 +25,7 @@ from runtime.online.controller import TEST_NS, Controller, Event, Staged, prepar
 from runtime.online.loading import areas_of, engine_of, load
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Request, Stage, State, Status
 
-_CLIENTS = 8
+_CLIENTS = 32
 _POLL = 0.2
 _LONGEST = 24 * 3600 * 10**9
 Result = TypeVar("Result")
@@ -102,7 +102,7 @@ class Server:
             except OSError:
                 time.sleep(_POLL)  # too many open files: those that are open end
                 continue
-            if not self._room.acquire(blocking=False):
+            if not self._room.acquire(timeout=1.0):
                 connection.close()
                 continue
             threading.Thread(target=self._client, args=(connection,), daemon=True).start()
@@ -120,6 +120,7 @@ class Server:
                     self._audit.line("refused", codes=[d.code for d in error.diagnostics],
                                      detail=error.diagnostics[0].message)
                 wire.send(connection, answer)
+                wire.leave(connection)
         except (OSError, CancelledError):
             return
         finally:

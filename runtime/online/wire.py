@@ -155,6 +155,17 @@ def receive(connection: socket.socket, type_: type[Message]) -> Message:
     return message
 
 
+def leave(connection: socket.socket) -> None:
+    """Ends a connection so that the other end can read the answer: what it still says is taken and forgotten,
+    for a second at most."""
+    connection.shutdown(socket.SHUT_WR)
+    end = time.monotonic() + 1.0
+    while (left := end - time.monotonic()) > 0:
+        connection.settimeout(left)
+        if not connection.recv(1 << 20):
+            return
+
+
 def _exactly(connection: socket.socket, count: int, end: float) -> bytes:
     parts, left = [], count
     while left:
