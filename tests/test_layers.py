@@ -41,6 +41,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.export", "ldc.render", "ldc.reports", "runtime"},
     "runtime": BASE | {"ldc.library", "ldc.il"},
 }
+INSIDE_RUNTIME = {"runtime.protocol": {"ldc.il.areas"}, "runtime.processors": {"runtime.protocol"}}
+"""What parts of the runtime that run without a machine may import beside themselves."""
 RUNTIME_NEVER_LOADS = ("ldc.parser", "ldc.model", "ldc.graph", "ldc.cli", "ldc.pipeline")
 
 
@@ -104,6 +106,20 @@ def test_imports_run_one_way(module: str) -> None:
         f"{MODULES[module].relative_to(ROOT)}:{line} imports {name}"
         for name, line in sorted(imports(module), key=lambda item: item[1])
         if package(name) not in MAY_IMPORT[own] | {own}
+    ]
+    assert not back, "\n".join(back)
+
+
+@pytest.mark.parametrize("part", INSIDE_RUNTIME)
+def test_transfers_and_states_need_no_machine(part: str) -> None:
+    """The protocol is for any two processors that share memory, whatever runs on them."""
+    allowed = INSIDE_RUNTIME[part] | {part}
+    back = [
+        f"{MODULES[module].relative_to(ROOT)}:{line} imports {name}"
+        for module in MODULES
+        if f"{module}.".startswith(f"{part}.")
+        for name, line in imports(module)
+        if not any(f"{name}.".startswith(f"{package}.") for package in allowed)
     ]
     assert not back, "\n".join(back)
 

@@ -6,6 +6,8 @@ The owner polls it as often as it likes and tells it when a period has passed; t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from runtime.protocol import receiver as receiving
 from runtime.protocol import sender as sending
 from runtime.protocol.check import Situation
@@ -38,14 +40,16 @@ class Endpoint:
         """Makes the direction that it sends in new, after a fault or at a start."""
         self.sender = sending.reset(self.sender)
 
-    def poll(self) -> list[Event]:
+    def poll(self) -> Sequence[Event]:
         """A step of each machine, and what has come of it."""
         self.sender, first = sending.step(self.sender, self.out, self.memory)
         self.receiver, second = receiving.step(self.receiver, self.into, self.memory, self.situation)
+        if first is None and second is None:
+            return ()
         return [event for event in (first, second) if event is not None]
 
-    def tick(self) -> list[Event]:
+    def tick(self) -> Sequence[Event]:
         """A period has passed."""
         self.sender, event = sending.tick(self.sender, self.out)
         self.receiver = receiving.tick(self.receiver, self.into)
-        return [] if event is None else [event]
+        return () if event is None else (event,)
