@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -502,3 +503,31 @@ def test_an_area_that_is_full_is_told() -> None:
         placed("slave1", [(f"x{n}", LREAL, "SMD") for n in range(600)])
     with pytest.raises(ValueError, match="no area NONE"):
         placed("slave1", [("x", REAL, "NONE")])
+
+
+WITHOUT = MAIN.replace("    p : PROBE;\n", "").replace("<p: PROBE(x := x, n := n, text := text, row := row)>", "")
+LDC = [sys.executable, "-c", "from ldc.cli.main import entry; entry()"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("program", [MAIN, WITHOUT])
+def test_no_room_for_a_trace_is_told(tmp_path: Path, program: str) -> None:
+    project(tmp_path, program=program)
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run(
+            [*LDC, "run", str(tmp_path), "--watch", "flag", "--trace", "-"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )
+    assert done.returncode == 1
+    assert "cannot write: No space left" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("program", [MAIN, WITHOUT])
+def test_nobody_reads_the_trace_any_more(tmp_path: Path, program: str) -> None:
+    project(tmp_path, program=program)
+    command = [*LDC, "run", str(tmp_path), "--scans", "20000", "--watch", "flag", "--trace", "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        run.stdout.readline()
+        run.stdout.close()
+        said = run.stderr.read()
+        assert run.wait() == 141 and "Traceback" not in said

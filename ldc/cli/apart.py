@@ -3,12 +3,14 @@ there."""
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.cli.console import INTERNAL, Failure, UsageError, report, say
+from ldc.cli.console import FULL, INTERNAL, Failure, UsageError, report, say, silence_stdout
 from ldc.components import host
 from ldc.components.find import body_sources
 from ldc.components.project import Native
@@ -18,9 +20,13 @@ from ldc.render import visible
 from ldc.source import Span
 from runtime.guard import Beat, Crash, guarded
 
+_NO_ROOM = 74
+"""How the process ends when what it writes has no room: the file it wrote is not whole (EX_IOERR)."""
+
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int]) -> int:
-    """The status of the work. Raises Invalid for a crash, with the component and its line in C."""
+    """The status of the work. Raises Invalid for a crash, with the component and its line in C, and OSError when
+    there is no room for what the work writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics)
     if handler is None:
@@ -29,13 +35,20 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
     def watched(beat: Beat) -> int:
         try:
             beat.watch([b.library for b in bindings], handler)
-            return work(beat)
+            status = work(beat)
+            sys.stdout.flush()
+            return status
         except (UsageError, Failure) as error:
             say(f"ldc run: {visible(str(error))}")
             return 2 if isinstance(error, UsageError) else 1
         except Invalid as error:
             return report(error.diagnostics, error.locate) or 1
-        except Exception:
+        except BrokenPipeError:
+            raise  # ends the process as it ends any command
+        except Exception as error:
+            if isinstance(error, OSError) and error.errno in FULL:
+                silence_stdout()
+                return _NO_ROOM
             sys.excepthook(*sys.exc_info())
             return INTERNAL
 
@@ -44,6 +57,8 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
     end = guarded(watched)
     if isinstance(end, Crash):
         raise Invalid([_told(end, result, bindings)])
+    if end == _NO_ROOM:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     return end
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import sys
@@ -13,6 +14,10 @@ from ldc.render import render
 
 OK, WRONG, USAGE, INTERNAL = 0, 1, 2, 3
 """The exit statuses (DESIGN section 8): fine, the input is wrong, the command line is wrong, a bug."""
+
+
+FULL = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
+"""Errors of a write that had no room: not of ldc, whatever wrote."""
 
 
 class UsageError(Exception):
@@ -41,6 +46,11 @@ def is_terminal(stream: IO[str]) -> bool:
 def wants_color(stream: IO[str]) -> bool:
     """Colour is for a terminal that can show it, and for people who did not say NO_COLOR."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def silence_stdout() -> None:
+    """What is still to be written goes nowhere: keeps the interpreter from complaining when it flushes at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def say(text: str) -> None:

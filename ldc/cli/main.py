@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 from collections.abc import Sequence
 
 from ldc.cli.arguments import make_parser
-from ldc.cli.console import INTERNAL, USAGE, WRONG, Failure, UsageError, report, say
+from ldc.cli.console import FULL, INTERNAL, USAGE, WRONG, Failure, UsageError, report, say, silence_stdout
 from ldc.diagnostics import Invalid
 from ldc.render import visible
 
@@ -32,11 +31,15 @@ def main(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return status
     except BrokenPipeError:
-        _silence_stdout()
+        silence_stdout()
         return BROKEN_PIPE
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in FULL:
+            silence_stdout()
+            say(f"ldc: cannot write: {error.strerror}")
+            return WRONG
         return _internal(error, arguments)
 
 
@@ -76,8 +79,3 @@ def _internal(error: Exception, arguments: Sequence[str]) -> int:
         f"please report it with {path or 'the text above'}"
     )
     return INTERNAL
-
-
-def _silence_stdout() -> None:
-    """Nobody reads any more: keep the interpreter from complaining when it flushes at the end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

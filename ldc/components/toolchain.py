@@ -73,7 +73,10 @@ def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[
     ]
     said += [Said(m[1], int(m[2]), 1, "error", m[3]) for m in _UNDEFINED.finditer(text)]
     if done.returncode and not any(s.level == "error" for s in said):
-        said.append(Said("", 0, 0, "error", text.strip().splitlines()[-1] if text.strip() else "no message"))
+        # What the driver says of its linker last tells nothing.
+        lines = [line for line in text.splitlines() if line.strip() and not line.startswith("collect2:")]
+        words = lines[-1].strip() if lines else f"{os.path.basename(command[0])} ended with status {done.returncode}"
+        said.append(Said("", 0, 0, "error", words))
     return done.returncode, done.stdout.decode("utf-8", "replace"), said
 
 
