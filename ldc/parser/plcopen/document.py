@@ -161,7 +161,9 @@ class Node:
     def body(self) -> Span:
         """All that is between the tags, as text, without comments inside of comments."""
         nested = nests(self.document.source.text, self.inside, self.stop)
-        return self.document.readable(self.inside, self.stop, nested)
+        span = self.document.readable(self.inside, self.stop, nested)
+        blanks = len(span.text) - len(span.text.lstrip(" "))
+        return Span(span.source, span.start + blanks, span.end)
 
 
 class Document:
