@@ -18,23 +18,26 @@ from ldc.parser.plcopen.nesting import flat, nests
 from ldc.source import SourceFile, Span
 
 MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
-_REST = r"""[^<>"'/]*+(?:"[^<"]*+"[^<>"'/]*+|'[^<']*+'[^<>"'/]*+)*+"""
-"""What follows the name in a tag."""
-_SPACE = rf"""(?:\s*+<(?:[^\s/<>:!?]++:)?relPosition(?=[\s/]){_REST}/>)*+"""
-_TAG = re.compile(rf"""
-    <(?: ((?:[^\s/<>:!?]++:)?connection)(?=[\s>]) {_REST} >()
-             (?:\s*+<(?:[^\s/<>:!?]++:)?position(?=[\s/]){_REST}/>)*+ \s*+() </\1\s*+>
-       | ([^\s/<>!?]++) {_REST} (?: /> | >() {_SPACE} (?: [^<]*+ () </\4\s*+> )? )
-       | /([^\s/<>]++)\s*+>
-       | !--.*?(?:-->|\Z) | !\[CDATA\[.*?(?:\]\]>|\Z) | \?.*?(?:\?>|\Z) )""", re.DOTALL | re.VERBOSE)
-"""A wire with its bends; a tag, with its end tag when no other element is between; an end tag; what is none.
-Bends of wires and places of pins, half of a drawing, mean nothing to us and are passed over."""
-_WIRE, _EMPTY, _OPEN, _LEAF, _END = 3, 4, 5, 6, 7
-"""The last group that matched tells which of them it is."""
+_TAG = r"""
+    <(?: (?:(connection)(?=[ >]) | ([^ \t\n\r/<>!?]++)) {rest} >
+             (?: (?<=/>) | () (?:[ \t\n\r]*+<relPosition[ ]{rest}(?<=/)>)*+
+                 (?(1)(?:[ \t\n\r]*+<position[ ]{rest}(?<=/)>)*+)
+                 (?: [^<]*+ () </(?(1)connection|\2)[ \t\n\r]*+> )? )
+       | (/)[^<>]++>
+       | !--.*?(?:-->|\Z) | !\[CDATA\[.*?(?:\]\]>|\Z) | \?.*?(?:\?>|\Z) )"""
+"""A tag, with its end tag when no other element is between; an end tag; what is none. Bends of wires and
+places of pins, half of a drawing, mean nothing to us and are passed over. ``rest``: behind the name in a tag."""
+_WITHIN = re.compile(r"""=\s*+(?:"[^"<>]*+>|')""")
+"""A text in which ``>`` may stand in the value of an attribute: there one has to be read after the other."""
+_ANY_TAG = re.compile(_TAG.format(rest=r"""[^<>"']*+(?:"[^<"]*+"[^<>"']*+|'[^<']*+'[^<>"']*+)*+"""),
+                      re.DOTALL | re.VERBOSE)
+_USUAL_TAG = re.compile(_TAG.format(rest="[^<>]*+"), re.DOTALL | re.VERBOSE)
+_WIRE, _NAMED, _OPEN, _LEAF, _END = 1, 2, 3, 4, 5
+"""The last group that matched tells which of them it is; a name alone: an element without an end tag."""
 _MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-_USUAL = re.compile(r'''\s([^\s=<>"/]+)="([^"]*)"''')
+_USUAL = re.compile(r'''[ ]([^ =<>"/]+)="([^"]*)"''')
 """An attribute as nearly all are written: without apostrophes, references and line ends."""
 _CDATA = "<![CDATA["
 _BLANK = re.compile(r"\r\n|[\t\n\r]")
@@ -226,9 +229,10 @@ class Document:
         roots: list[Node] = []
         siblings = roots
         stack: list[tuple[Node, list[Node]]] = []
-        tags: dict[str, str] = {}
+        tags: dict[str | None, str] = {None: "connection"}
         count, refused = 0, None
-        for match in _TAG.finditer(self.source.text, 0, end):
+        text = self.source.text
+        for match in (_ANY_TAG if _WITHIN.search(text) else _USUAL_TAG).finditer(text, 0, end):
             kind = match.lastindex
             if kind == _END:
                 if not stack:
@@ -243,17 +247,14 @@ class Document:
             if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
                 refused = start
                 break
-            if kind == _WIRE:
-                siblings.append(Node(self, "connection", start, match.start(2), match.start(3)))
-                continue
-            name = match[4]
+            name = match[2]
             tag = tags.get(name)
             if tag is None:
                 tag = tags[name] = name.rpartition(":")[2]
-            if kind == _EMPTY:
+            if kind <= _NAMED:
                 node = Node(self, tag, start, match.end(), start)
             else:
-                node = Node(self, tag, start, match.start(5), match.start(6))
+                node = Node(self, tag, start, match.start(_OPEN), match.start(_LEAF))
             if tag != "relPosition":
                 siblings.append(node)
             if kind == _OPEN:
