@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -531,3 +533,14 @@ def test_nobody_reads_the_trace_any_more(tmp_path: Path, program: str) -> None:
         run.stdout.close()
         said = run.stderr.read()
         assert run.wait() == 141 and "Traceback" not in said
+
+
+def test_a_run_ends_with_the_process_that_watches_it(tmp_path: Path) -> None:
+    project(tmp_path)
+    command = [*LDC, "run", str(tmp_path), "--scans", "100000000", "--watch", "flag", "--trace", "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as run:
+        os.read(run.stdout.fileno(), 1)
+        run.kill()
+        latest = time.monotonic() + 20
+        while os.read(run.stdout.fileno(), 1 << 16):
+            assert time.monotonic() < latest, "something still writes into the pipe"

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <sys/prctl.h>
 #include <ucontext.h>
 #include <unistd.h>
 
@@ -41,6 +42,7 @@ __attribute__((visibility("default"))) void ldc_guard(int64_t *where)
     const stack_t own = { .ss_sp = stack, .ss_size = sizeof stack };
     struct sigaction action = { .sa_sigaction = caught, .sa_flags = SA_SIGINFO | SA_ONSTACK };
     note = where;
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* nobody watches any more: do not run on */
     backtrace(one, 1); /* loads what it needs now, not in the handler */
     sigaltstack(&own, NULL);
     for (size_t i = 0; i < sizeof signals / sizeof *signals; i++)
