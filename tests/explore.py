@@ -19,7 +19,8 @@ class Graph:
         return len(self.states)
 
 
-def explore(start: Hashable, moves: Callable[[Hashable], Iterable[Hashable]], limit: int = 2_000_000) -> Graph:
+def explore(start: Hashable, moves: Callable[[Hashable], Iterable[Hashable]], limit: int = 2_000_000
+            ) -> Graph:
     """Every state, breadth first. Fails beyond ``limit`` states."""
     states, follow, number = [start], [], {start: 0}
     for at, state in enumerate(states):  # grows meanwhile
@@ -35,8 +36,8 @@ def explore(start: Hashable, moves: Callable[[Hashable], Iterable[Hashable]], li
 
 
 def ends(graph: Graph) -> list:
-    """The states in which a system can stay for ever: those that nothing follows, and all of a circle that is not
-    left any more (a wait that asks two flags in turn is one)."""
+    """The states in which a system can stay for ever: those that nothing follows, and all of a circle that is
+    not left any more (a wait that asks two flags in turn is one)."""
     arrows = networkx.DiGraph()
     arrows.add_nodes_from(range(len(graph)))
     arrows.add_edges_from((n, after) for n, found in enumerate(graph.follow) for after in found)

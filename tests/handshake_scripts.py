@@ -1,8 +1,9 @@
-"""Two processors that execute a sequence of the papers with guards: what goes wrong with it, over all interleavings.
+"""Two processors that execute a sequence of the papers with guards: what goes wrong with it, over all
+interleavings.
 
-A script is lines of ``set FLAG``, ``clear FLAG``, ``send``, ``check`` or ``wait``, each with a guard or without:
-``set sms if msf=1 msb=0`` is one step, done when the flags are so. Both processors start again from the top; the
-master stops after some transfers.
+A script is lines of ``set FLAG``, ``clear FLAG``, ``send``, ``check`` or ``wait``, each with a guard or
+without: ``set sms if msf=1 msb=0`` is one step, done when the flags are so. Both processors start again from
+the top; the master stops after some transfers.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """``sent``: the transfer that lies in the slot; ``begun``: that the master is at; ``seen``: the one whose flags
-    the slave has reacted to; ``taken``: those that the slave has taken, in order; ``failed``: what has gone wrong."""
+    """``sent``: the transfer that lies in the slot; ``begun``: that the master is at; ``seen``: the one whose
+    flags the slave has reacted to; ``taken``: those that the slave has taken, in order; ``failed``: what has
+    gone wrong."""
 
     m: int = 0
     s: int = 0

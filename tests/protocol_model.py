@@ -1,4 +1,5 @@
-"""A sender and a receiver of the runtime over a memory that is a value: every interleaving, with disturbances."""
+"""A sender and a receiver of the runtime over a memory that is a value: every interleaving, with
+disturbances."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ EMPTY = (*(0,) * 8, bytes(SIZE))
 
 class Limits(NamedTuple):
     """How often each disturbance may come in one history. ``late``: any wait may be taken for too long;
-    ``corrupt``: a word of the slot; ``lose``: an answer that is there; ``flip``: any flag; ``reset``: by the owner."""
+    ``corrupt``: a word of the slot; ``lose``: an answer that is there; ``flip``: any flag; ``reset``: by the
+    owner."""
 
     late: bool = False
     corrupt: int = 0

@@ -11,7 +11,8 @@ from explore import explore
 
 from runtime.processors.invariants import INVARIANTS, Executed, Snapshot, Took, violations
 from runtime.processors.states import (
-    ALGORITHM, MASTER, SLAVE, Algorithm, AlgorithmEvent, Master, MasterEvent, Slave, SlaveEvent, at_rest, follow)
+    ALGORITHM, MASTER, SLAVE, Algorithm, AlgorithmEvent, Master, MasterEvent, Slave, SlaveEvent, at_rest,
+    follow)
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Access
 
@@ -33,14 +34,16 @@ def test_a_slave(start: Slave, events: str, end: Slave) -> None:
 
 @pytest.mark.parametrize(("events", "end"), [
     ("MODULES NO_MODULES", Master.STOP), ("MODULES", Master.RUN), ("MODULES ESTOP MODULES", Master.ERROR),
-    ("ESTOP NO_MODULES", Master.ERROR), ("MODULES ESTOP ACKNOWLEDGE", Master.STOP), ("ACKNOWLEDGE", Master.STOP),
+    ("ESTOP NO_MODULES", Master.ERROR), ("MODULES ESTOP ACKNOWLEDGE", Master.STOP),
+    ("ACKNOWLEDGE", Master.STOP),
 ])
 def test_the_master(events: str, end: Master) -> None:
     assert follow(MASTER, Master.STOP, [MasterEvent[e] for e in events.split()]) is end
 
 
 def test_an_algorithm_that_failed_begins_again_only_when_cleared() -> None:
-    failed = follow(ALGORITHM, Algorithm.IDLE, [AlgorithmEvent.BEGIN, AlgorithmEvent.FAULT, AlgorithmEvent.BEGIN])
+    events = AlgorithmEvent.BEGIN, AlgorithmEvent.FAULT, AlgorithmEvent.BEGIN
+    failed = follow(ALGORITHM, Algorithm.IDLE, events)
     assert failed is Algorithm.ERROR
     assert follow(ALGORITHM, failed, [AlgorithmEvent.CLEAR, AlgorithmEvent.BEGIN]) is Algorithm.RUNNING
     assert [a.value for a in Algorithm] == [0, 1, 2, 3]
@@ -80,7 +83,8 @@ def changes(p: Plant) -> list[Plant]:
         if not p.estop:
             found.append(slave(k, SlaveEvent.RESET))
         if p.master is not Master.ERROR and not p.estop:
-            found.append(p._replace(modules=p.modules | 1 << k, master=follow(MASTER, p.master, [MasterEvent.MODULES])))
+            master = follow(MASTER, p.master, [MasterEvent.MODULES])
+            found.append(p._replace(modules=p.modules | 1 << k, master=master))
         if p.modules >> k & 1 and state in (Slave.STOP, Slave.ERROR):
             modules = p.modules & ~(1 << k)
             events = [] if modules else [MasterEvent.NO_MODULES]
@@ -94,7 +98,8 @@ def changes(p: Plant) -> list[Plant]:
 
 def test_every_history_of_a_controller_that_follows_the_tables_keeps_the_invariants() -> None:
     graph = explore(Plant(), changes)
-    seen = [Snapshot(n * MS, p.master, p.slaves, p.executing, p.estop, p.estop) for n, p in enumerate(graph.states)]
+    seen = [Snapshot(n * MS, p.master, p.slaves, p.executing, p.estop, p.estop)
+            for n, p in enumerate(graph.states)]
     assert violations(seen, MS) == []
     pairs = {p.slaves for p in graph.states}
     assert pairs == set(product(Slave, repeat=2)) and {p.master for p in graph.states} == set(Master)
@@ -102,12 +107,15 @@ def test_every_history_of_a_controller_that_follows_the_tables_keeps_the_invaria
 
 REST = Snapshot(0, Master.RUN, (Slave.STOP, Slave.RUN), (0, 1))
 SLOT = (1, True, 0)
-STOPPED = replace(REST, master=Master.ERROR, slaves=(Slave.ERROR, Slave.ERROR), executing=(0, 0), estop=True, safe=True)
+STOPPED = replace(REST, master=Master.ERROR, slaves=(Slave.ERROR, Slave.ERROR), executing=(0, 0), estop=True,
+                  safe=True)
 GOOD = [
     REST, Took(1, 1, 5, Command.START), replace(REST, time_ns=MS, slaves=(Slave.READY, Slave.RUN)),
     Executed(1, 1, 5), replace(REST, time_ns=2 * MS, slaves=(Slave.RUN, Slave.RUN), executing=(1, 1)),
-    Took(1, 2, 5, Command.UPDATE), Executed(1, 2, 5), replace(REST, raised=frozenset((SLOT,)), open=frozenset((SLOT,))),
-    replace(REST, time_ns=3 * MS, estop=True), replace(STOPPED, time_ns=4 * MS), replace(STOPPED, time_ns=5 * MS),
+    Took(1, 2, 5, Command.UPDATE), Executed(1, 2, 5),
+    replace(REST, raised=frozenset((SLOT,)), open=frozenset((SLOT,))),
+    replace(REST, time_ns=3 * MS, estop=True),
+    replace(STOPPED, time_ns=4 * MS), replace(STOPPED, time_ns=5 * MS),
     Access("master", "set", "MPF", 0x1FC000, 1), Access("slave1", "set", "SPF", 0x1FD000, 1),
     Access("slave1", "load", "MPF", 0x1FC000, 1),
 ]
@@ -123,7 +131,8 @@ GOOD = [
     ("I5", [Took(1, 3, 5, Command.STOP), Executed(1, 2, 5)]),
     ("I6", [replace(REST, raised=frozenset((SLOT,)))]),
     ("I7", [Access("slave1", "clear", "MPF", 0x1FC000, 1)]),
-    ("I7", [Access("master", "store", "SMD", 0x1F4000, bytes(8)), Access("slave1", "store", "SMD", 0x1F4004, 0)]),
+    ("I7", [Access("master", "store", "SMD", 0x1F4000, bytes(8)),
+            Access("slave1", "store", "SMD", 0x1F4004, 0)]),
 ])
 def test_invariants_find_what_breaks_them(name: str, entries: list) -> None:
     assert violations(GOOD, MS) == []

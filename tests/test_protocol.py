@@ -1,4 +1,5 @@
-"""P as its owners see it: envelopes, the nine codes, faults and resets, schedules, processes, the single writer."""
+"""P as its owners see it: envelopes, the nine codes, faults and resets, schedules, processes, the single
+writer."""
 
 from __future__ import annotations
 
@@ -15,11 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from protocol_pair import AID, SITUATION, Side, drive, links, payload, serve
 
+from ldc.il.areas import PROCESSORS
 from runtime.processors.invariants import i7
 from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, check, values_of
 from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import HEAD, LAST_SEQ, Command, Envelope, crc16, decode, encode, head, intact
-from runtime.protocol.literal import CANONICAL, LITERAL_I, LITERAL_U, LITERAL_U_FIRST, NAMES_OF_I, atomic, left_over
+from runtime.protocol.literal import (
+    CANONICAL, LITERAL_I, LITERAL_U, LITERAL_U_FIRST, NAMES_OF_I, atomic, left_over)
 from runtime.protocol.memory import Access, ForeignAccess, allocate, bit, shared_size, shared_words, watch
 from runtime.protocol.profile import I_STAR, U_STAR, Profile, channel
 from runtime.protocol.receiver import Delivered, Refused, restart
@@ -47,12 +50,13 @@ def test_crc_in_parts_is_that_of_the_whole_bit_by_bit(data: bytes, cut: int) -> 
 def test_layout_of_an_envelope() -> None:
     frame = encode(Envelope(7, 0x02000001, Command.UPDATE, 3, b"abcdefgh"))
     assert frame[:16].hex() == "07000000" "01000002" "0200" "0300" "08000000"
-    assert struct.unpack_from("<I", frame, 16)[0] == crc16(frame[:16] + b"abcdefgh") and frame[HEAD:] == b"abcdefgh"
+    assert struct.unpack_from("<I", frame, 16)[0] == crc16(frame[:16] + b"abcdefgh")
+    assert frame[HEAD:] == b"abcdefgh"
 
 
 words = st.binary(max_size=18).map(lambda b: (b * 4)[: len(b) * 4])
-envelopes = st.builds(Envelope, st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.integers(0, 2**16 - 1),
-                      st.integers(0, 2**16 - 1), words)
+u16, u32 = st.integers(0, 2**16 - 1), st.integers(0, 2**32 - 1)
+envelopes = st.builds(Envelope, u32, u32, u16, u16, words)
 
 
 @given(envelopes, st.integers(0, 100))
@@ -77,7 +81,8 @@ def test_a_slot_with_anything_in_it_is_judged(slot: bytes) -> None:
 
 
 VALVE = Algorithm(5, (
-    Parameter(1, "f32", 0.0, 100.0, rate=10.0), Parameter(2, "bool32"), Parameter(3, "u32")), stamp=3, max_age_ms=40)
+    Parameter(1, "f32", 0.0, 100.0, rate=10.0), Parameter(2, "bool32"), Parameter(3, "u32")),
+    stamp=3, max_age_ms=40)
 HALL = Situation({5: VALVE}, frozenset((5,)), {(5, 1): 50.0}, now_ms=1030)
 GOOD = adata_of({1: 55.0, 2: 1, 3: 1000}, VALVE)
 LAST = Envelope(6, 5, Command.UPDATE, 0, adata_of({1: 50.0, 2: 1, 3: 990}, VALVE))
@@ -167,7 +172,7 @@ class Pair:
         shared = bytearray(shared_size())
         self.seen: list[Access] = []
         self.words = shared_words(shared)
-        master, slave = (watch(allocate(name, shared), self.seen.append).shared for name in ("master", "slave1"))
+        master, slave = (watch(allocate(n, shared), self.seen.append).shared for n in ("master", "slave1"))
         self.master = Endpoint(master, *links(1, True, profile), situation)
         self.slave = Endpoint(slave, *links(1, False, profile), situation)
         self.events: list = []
@@ -184,7 +189,7 @@ class Pair:
 
     def quiet(self) -> bool:
         """All flags are 0."""
-        return not any(self.words.load(base + at) for base in (0x1FC000, 0x1FD000) for at in range(0, 0x80, 4))
+        return not any(self.words.read(base, 0x80).strip(b"\0") for base in (0x1FC000, 0x1FD000))
 
 
 @PROFILES
@@ -198,7 +203,8 @@ def test_a_transfer_leaves_the_canonical_trace(profile: Profile) -> None:
         if access.area == "SMD" and (not actions or actions[-1] != f"{data} smd"):
             actions.append(f"{data} smd")
         elif access.area in ("MPF", "SPF") and access.kind in ("set", "clear"):
-            actions.append(f"{access.kind} {'ms' if access.area == 'MPF' else 'sm'}{names[access.address & 31]}")
+            letters = "ms" if access.area == "MPF" else "sm"
+            actions.append(f"{access.kind} {letters}{names[access.address & 31]}")
     actions = [a for a in actions if a != "clear smna"]
     assert actions == [f"{a.kind} {a.name}" for a in CANONICAL[profile.name]]
     assert {a.processor for a in pair.seen if a.area == "SPF" and a.kind != "load"} == {"slave1"}
@@ -312,10 +318,10 @@ def test_a_master_that_starts_anew_resets_the_link(profile: Profile) -> None:
        begin=st.lists(st.integers(0, 23), max_size=300), seed=st.integers(0, 2**32))
 def test_any_schedule_of_master_and_slaves(profile: Profile, n: int, slots: set[int], begin: list[int],
                                            seed: int) -> None:
-    """Both directions at once, several slots, 1 to 4 slaves: all is delivered, each word has one writer (I7), and
-    all flags are 0 at the end (I6)."""
+    """Both directions at once, several slots, 1 to 4 slaves: all is delivered, each word has one writer (I7),
+    and all flags are 0 at the end (I6)."""
     shared, seen = bytearray(shared_size()), []
-    memory = {p: watch(allocate(p, shared), seen.append).shared for p in ("master", *(f"slave{k}" for k in range(1, 5)))}
+    memory = {p: watch(allocate(p, shared), seen.append).shared for p in PROCESSORS}
     sides = [Side(memory[name], k, name == "master", profile, 3, slot)
              for k in range(1, n + 1) for slot in sorted(slots) for name in ("master", f"slave{k}")]
     for at in begin:
@@ -335,7 +341,8 @@ def test_two_processes_over_shared_memory() -> None:
     each = 50_000
     shared = SharedMemory(create=True, size=shared_size())
     try:
-        slave = multiprocessing.get_context("spawn").Process(target=serve, args=(shared.name, each, U_STAR), daemon=True)
+        spawn = multiprocessing.get_context("spawn")
+        slave = spawn.Process(target=serve, args=(shared.name, each, U_STAR), daemon=True)
         slave.start()
         words = shared_words(shared.buf)
         side = Side(words, 1, True, U_STAR, each)

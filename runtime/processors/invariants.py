@@ -15,9 +15,9 @@ from runtime.protocol.memory import Access
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """``slaves``, ``executing``: a state and the flags of AFE for each slave, from slave 1. ``safe``: all outputs
-    have their safe values. ``raised``: slots of which a flag is 1; ``open``: those with a transfer; both as
-    (slave, to slave?, slot)."""
+    """``slaves``, ``executing``: a state and the flags of AFE for each slave, from slave 1. ``safe``: all
+    outputs have their safe values. ``raised``: slots of which a flag is 1; ``open``: those with a transfer;
+    both as (slave, to slave?, slot)."""
 
     time_ns: int
     master: Master
@@ -85,14 +85,14 @@ def i4(trace: Sequence[Entry], period_ns: int) -> list[str]:
     for s in _snapshots(trace):
         since = None if not s.estop else s.time_ns if since is None else since
         if since is not None and s.time_ns - since >= period_ns and (any(s.executing) or not s.safe):
-            found.append(f"{s.time_ns - since} ns after the emergency stop AFE is {list(s.executing)}, outputs are "
-                         f"{'' if s.safe else 'not '}safe at {s.time_ns} ns")
+            found.append(f"{s.time_ns - since} ns after the emergency stop AFE is {list(s.executing)}, "
+                         f"outputs are {'' if s.safe else 'not '}safe at {s.time_ns} ns")
     return found
 
 
 def i5(trace: Sequence[Entry], period_ns: int) -> list[str]:
-    """An algorithm is executed only after its START was taken, the one whose parameters it has or an earlier one
-    that no STOP has ended."""
+    """An algorithm is executed only after its START was taken, the one whose parameters it has or an earlier
+    one that no STOP has ended."""
     found, started, taken = [], set(), set()
     for entry in trace:
         match entry:
@@ -105,14 +105,16 @@ def i5(trace: Sequence[Entry], period_ns: int) -> list[str]:
                     taken.add((slave, seq, aid))
             case Executed(slave, seq, aid):
                 if (slave, aid) not in started or (slave, seq, aid) not in taken:
-                    found.append(f"slave{slave} executes {aid:#x} with transfer {seq}, of which no START was taken")
+                    found.append(
+                        f"slave{slave} executes {aid:#x} with transfer {seq}, of which no START was taken")
     return found
 
 
 def i6(trace: Sequence[Entry], period_ns: int) -> list[str]:
     """Flags of a slot are 0 whenever no transfer is open."""
-    return [f"a flag of slave {slave}, {'to' if to_slave else 'from'} it, slot {slot} is 1 without a transfer "
-            f"at {s.time_ns} ns" for s in _snapshots(trace) for slave, to_slave, slot in sorted(s.raised - s.open)]
+    return [f"a flag of slave {slave}, {'to' if to_slave else 'from'} it, slot {slot} is 1 without a "
+            f"transfer at {s.time_ns} ns"
+            for s in _snapshots(trace) for slave, to_slave, slot in sorted(s.raised - s.open)]
 
 
 def i7(trace: Sequence[Entry], period_ns: int) -> list[str]:

@@ -1,7 +1,8 @@
 """States of master, slaves and algorithms as tables of transitions (SPEC 5).
 
-A state changes by events; an event that is in no row of a state leaves it. ``START`` is the event that an envelope
-with that command was checked and taken, not the level of a flag: flags are 0 again when the transfer ends.
+A state changes by events; an event that is in no row of a state leaves it. ``START`` is the event that an
+envelope with that command was checked and taken, not the level of a flag: flags are 0 again when the transfer
+ends.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ class Algorithm(IntEnum):
 
 
 class MasterEvent(Enum):
-    """``MODULES``: a start bit of a module is 1; ``NO_MODULES``: none is any more; ``ACKNOWLEDGE``: by a person,
-    counts when every slave is in ``sstop`` or ``serror``."""
+    """``MODULES``: a start bit of a module is 1; ``NO_MODULES``: none is any more; ``ACKNOWLEDGE``: by a
+    person, counts when every slave is in ``sstop`` or ``serror``."""
 
     MODULES = "some lcf = 1"
     NO_MODULES = "all lcf = 0"
@@ -48,9 +49,9 @@ class MasterEvent(Enum):
 
 
 class SlaveEvent(Enum):
-    """``EXECUTES``: the first flag of AFE is 1 (A.START); ``ENDED``: the last one is 0 (A.END); ``OVERDUE``: nothing
-    began within T_ready; ``FAULT``: of the link, of an algorithm, or an emergency stop; ``RESET``: counts when no
-    fault is left."""
+    """``EXECUTES``: the first flag of AFE is 1 (A.START); ``ENDED``: the last one is 0 (A.END); ``OVERDUE``:
+    nothing began within T_ready; ``FAULT``: of the link, of an algorithm, or an emergency stop; ``RESET``:
+    counts when no fault is left."""
 
     START = "ok(START)"
     STOP = "ok(STOP)"

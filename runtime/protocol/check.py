@@ -1,4 +1,5 @@
-"""What a receiver asks of an envelope before it takes it: nine codes, the first that fails is told (SPEC 2.4)."""
+"""What a receiver asks of an envelope before it takes it: nine codes, the first that fails is told (SPEC
+2.4)."""
 
 from __future__ import annotations
 
@@ -129,9 +130,8 @@ def _of_data(envelope: Envelope, algorithm: Algorithm, situation: Situation) -> 
         return Code.STATE
     if envelope.cmd == Command.START and runs or envelope.cmd == Command.UPDATE and not runs:
         return Code.STATE
-    if algorithm.stamp in values and situation.now_ms - values[algorithm.stamp] & 0xFFFFFFFF > algorithm.max_age_ms:
-        return Code.STALE
-    return Code.OK
+    age = situation.now_ms - values.get(algorithm.stamp, situation.now_ms) & 0xFFFFFFFF
+    return Code.STALE if algorithm.stamp in values and age > algorithm.max_age_ms else Code.OK
 
 
 def _in_range(p: Parameter, value: float, last: float | None) -> bool:
@@ -142,7 +142,8 @@ _FORMATS = {"f32": "<f", "i32": "<i", "u32": "<I", "bool32": "<I"}
 
 
 def value_of(raw: bytes, type_: str) -> float | int | None:
-    """The value of four bytes; None when they are none of the type: NaN, infinite, a BOOL other than 0 and 1."""
+    """The value of four bytes; None when they are none of the type: NaN, infinite, a BOOL other than 0 and
+    1."""
     (value,) = struct.unpack(_FORMATS[type_], raw)
     if type_ == "f32" and not math.isfinite(value) or type_ == "bool32" and value > 1:
         return None

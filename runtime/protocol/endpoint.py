@@ -1,7 +1,7 @@
 """One processor's end of a slot: what it sends and what it receives, both at once.
 
-The owner polls it as often as it likes and tells it when a period has passed; the thread level that does so is one
-(communication, SPEC 6.1), for a word of flags has one writer.
+The owner polls it as often as it likes and tells it when a period has passed; the thread level that does so
+is one (communication, SPEC 6.1), for a word of flags has one writer.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ Event = sending.Event | receiving.Event
 
 
 class Endpoint:
-    """``out``: the direction that this processor sends in; ``into``: the one that it receives in. ``situation``
-    may be replaced at any moment."""
+    """``out``: the direction that this processor sends in; ``into``: the one that it receives in.
+    ``situation`` may be replaced at any moment."""
 
     __slots__ = ("memory", "out", "into", "situation", "sender", "receiver")
 

@@ -15,8 +15,8 @@ HEAD = 20
 """Bytes before the data."""
 
 LAST_SEQ = 0x7FFFFF
-"""Numbers of transfers run from 1 to this and again from 1, so that an answer holds one beside its code. A RESET has
-the number 0, and its ordinal as aid."""
+"""Numbers of transfers run from 1 to this and again from 1, so that an answer holds one beside its code. A
+RESET has the number 0, and its ordinal as aid."""
 
 _HEAD = struct.Struct("<IIHHII")
 
@@ -30,7 +30,8 @@ class Command(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """``cmd`` is any u16, a Command if the sender is sound. ``aid``: of an algorithm; of a RESET its ordinal."""
+    """``cmd`` is any u16, a Command if the sender is sound. ``aid``: of an algorithm; of a RESET its
+    ordinal."""
 
     seq: int
     aid: int
@@ -61,8 +62,8 @@ def successor(seq: int) -> int:
 
 
 def token(seq: int, aid: int, cmd: int) -> int:
-    """What an answer calls an envelope, in 24 bits: the number of a transfer, the ordinal of a RESET. Never that
-    of memory that was not written yet."""
+    """What an answer calls an envelope, in 24 bits: the number of a transfer, the ordinal of a RESET. Never
+    that of memory that was not written yet."""
     return 0x800000 | aid & 0x7FFFFF if cmd == Command.RESET else seq & 0xFFFFFF
 
 

@@ -1,8 +1,8 @@
 """The sequences of the papers, as they are printed and as they are executed (SPEC 2.1, 2.3).
 
 A printed sequence has no guards and is run by nobody: taken literally by two processors it loses and repeats
-transfers (tests/test_protocol_model.py shows it). It is here to compare with: ``atomic`` gives the trace that an
-ideal executor would leave, ``CANONICAL`` the order that every transfer of the machines leaves.
+transfers (tests/test_protocol_model.py shows it). It is here to compare with: ``atomic`` gives the trace that
+an ideal executor would leave, ``CANONICAL`` the order that every transfer of the machines leaves.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Action:
 
 
 def sequence(text: str) -> tuple[Action, ...]:
-    """Of lines ``S1 msb``, ``S0 msb`` (O and F are the same), ``send smd``, ``check smd``. Who does it follows from
-    the first letter of a flag, and from sending and checking."""
+    """Of lines ``S1 msb``, ``S0 msb`` (O and F are the same), ``send smd``, ``check smd``. Who does it
+    follows from the first letter of a flag, and from sending and checking."""
     kinds = {"S1": "set", "O": "set", "S0": "clear", "F": "clear", "send": "send", "check": "check"}
     found = []
     for step in text.split(">"):
@@ -49,8 +49,11 @@ LITERAL_I = sequence(
     "O ms > O mf > send sd > O sf > check sd > O sa > O mc > F ms > F mf > F mc > F sf > F sa")
 
 CANONICAL = {
-    "U*": sequence("S1 msb > S1 msf > send smd > S0 msb > S1 sms > check smd > S1 sma > S0 sms > S0 msf > S0 sma"),
-    "I*": sequence("O msb > send smd > O msf > O sms > check smd > O sma > O msc > F msb > F msf > F msc > F sms > F sma"),
+    "U*": sequence(
+        "S1 msb > S1 msf > send smd > S0 msb > S1 sms > check smd > S1 sma > S0 sms > S0 msf > S0 sma"),
+    "I*": sequence(
+        "O msb > send smd > O msf > O sms > check smd > O sma > O msc > "
+        "F msb > F msf > F msc > F sms > F sma"),
 }
 """What is executed, by the name of the profile, in the names of SPEC 0."""
 
@@ -59,7 +62,8 @@ NAMES_OF_I = {"ms": "msb", "mf": "msf", "mc": "msc", "sa": "sma", "sf": "sms", "
 
 
 def atomic(actions: Sequence[Action]) -> list[tuple[Action, frozenset[str]]]:
-    """The trace of an executor that does a sequence in its order: each action with the flags that are 1 after it."""
+    """The trace of an executor that does a sequence in its order: each action with the flags that are 1 after
+    it."""
     flags: frozenset[str] = frozenset()
     trace = []
     for action in actions:

@@ -1,11 +1,11 @@
 """Areas of memory as 32-bit words over any buffer, and the rule that each word has one writer (SPEC 1.3, W1).
 
-A buffer is a bytearray, an mmap, the ``buf`` of a ``multiprocessing.shared_memory.SharedMemory``: whatever has
-bytes that can be written. Words are in the byte order of the machine, as C on the same machine has them.
+A buffer is a bytearray, an mmap, the ``buf`` of a ``multiprocessing.shared_memory.SharedMemory``: whatever
+has bytes that can be written. Words are in the byte order of the machine, as C on the same machine has them.
 
-Stores of one processor become visible to the others in the order in which they were made on machines with total
-store order (x86). Elsewhere Python has no barrier to give; there the sequence is for C, and what a reader may see
-torn, the check of an envelope finds.
+Stores of one processor become visible to the others in the order in which they were made on machines with
+total store order (x86). Elsewhere Python has no barrier to give; there the sequence is for C, and what a
+reader may see torn, the check of an envelope finds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from ldc.il.areas import MASTER, PROCESSORS, SLAVES, Area, areas, shared_range
 
 
 class Words:
-    """The words of a buffer. Addresses are byte addresses, multiples of 4; ``first``: that of the buffer's begin."""
+    """The words of a buffer. Addresses are byte addresses, multiples of 4; ``first``: that of the buffer's
+    begin."""
 
     __slots__ = ("_bytes", "_words", "first")
 
@@ -44,7 +45,8 @@ class Words:
         return self._words[self._index(address)] & mask != 0
 
     def set(self, address: int, mask: int) -> None:
-        """Makes the bits of the mask 1. Only the one writer of a word may, so that reading it before is safe."""
+        """Makes the bits of the mask 1. Only the one writer of a word may, so that reading it before is
+        safe."""
         self._words[self._index(address)] |= mask
 
     def clear(self, address: int, mask: int) -> None:
@@ -157,7 +159,8 @@ class Watched:
         if kind == "load" and self._processor not in area.readers:
             raise ForeignAccess(f"{self._processor} may not read {area.name} at {address:#x}")
         if kind != "load" and self._processor != area.writer:
-            raise ForeignAccess(f"{self._processor} may not write {area.name} at {address:#x}: {area.writer} does")
+            raise ForeignAccess(
+                f"{self._processor} may not write {area.name} of {area.writer} at {address:#x}")
         if self._seen is not None:
             self._seen(Access(self._processor, kind, area.name, address, value))
 
@@ -207,6 +210,7 @@ def _ranges(processor: str, space: str, shared: bool) -> list[_Range]:
                 found.append(_Range(first, first + area.size, area.name, name[area.writer],
                                     frozenset(name[reader] for reader in area.readers)))
     else:
-        found = [_Range(a.base // scale, (a.base + a.size) // scale, a.name, processor, frozenset((processor,)))
+        own = frozenset((processor,))
+        found = [_Range(a.base // scale, (a.base + a.size) // scale, a.name, processor, own)
                  for a in _local(processor, space)]
     return sorted(found, key=lambda r: r.first)

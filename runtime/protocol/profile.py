@@ -1,8 +1,8 @@
 """The sequences U* and I* as data, and the words that one direction of one slot uses (SPEC 1.3, 2.3).
 
-A sender begins with ``opening``, waits for an answer and ends with ``closing``. A receiver begins when ``running``
-is 1 and ``begin`` is ``ready``; after its answer it does ``answered``, waits for ``released`` to be 0 and does
-``rest``. The names of flags are those of ``Channel``.
+A sender begins with ``opening``, waits for an answer and ends with ``closing``. A receiver begins when
+``running`` is 1 and ``begin`` is ``ready``; after its answer it does ``answered``, waits for ``released`` to
+be 0 and does ``rest``. The names of flags are those of ``Channel``.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ SCRUB: Script = ((CLEAR, "busy"), (CLEAR, "ack"), (CLEAR, "nack"))
 """What a receiver at rest makes sure of from time to time."""
 
 _WORD = {"begin": 0, "running": 4, "ack": 8, "busy": 12, "nack": 16, "order": 24}
-"""Byte offsets in MPF and SPF: those of the sender in its own, those of the receiver in the other (SPEC 1.3)."""
+"""Byte offsets in MPF and SPF: those of the sender in its own, those of the receiver in the other (SPEC
+1.3)."""
 
 _OF_SENDER = ("begin", "running", "order")
 
@@ -72,10 +73,10 @@ _OF_SENDER = ("begin", "running", "order")
 class Channel:
     """Addresses of one direction of one slot. ``mask``: its bit in the words of flags.
 
-    The sender writes ``begin``, ``running``, ``order`` and the slot; the receiver ``busy``, ``ack``, ``nack``,
-    ``status`` (code in the lowest 8 bits, above it the ``token`` of the envelope that is answered) and ``last``
-    (the number that was taken last before a RESET). From master to slave these are msb, msf, msc and sms,
-    sma, sna; the other way smb, smf, smc and mss, msa, mna.
+    The sender writes ``begin``, ``running``, ``order`` and the slot; the receiver ``busy``, ``ack``,
+    ``nack``, ``status`` (code in the lowest 8 bits, above it the ``token`` of the envelope that is answered)
+    and ``last`` (the number that was taken last before a RESET). From master to slave these are msb, msf, msc
+    and sms, sma, sna; the other way smb, smf, smc and mss, msa, mna.
     """
 
     begin: int
@@ -102,7 +103,8 @@ def channel(slave: int, to_slave: bool, index: int = 0, size: int = 128) -> Chan
         raise ValueError(f"slave {slave} of {SLAVES}, slots of {size} bytes")
     if not 0 <= index < min(SLOTS, data.size // size):
         raise ValueError(f"{data.name} has no slot {index} of {size} bytes")
-    flags = {flag: (sender if flag in _OF_SENDER else receiver).first(slave) + at for flag, at in _WORD.items()}
+    flags = {
+        flag: (sender if flag in _OF_SENDER else receiver).first(slave) + at for flag, at in _WORD.items()}
     status = answer.first(slave) + 8 * index
     return Channel(**flags, status=status, last=status + 4, slot=data.first(slave) + size * index,
                    size=size, mask=1 << index)
@@ -112,9 +114,9 @@ def channel(slave: int, to_slave: bool, index: int = 0, size: int = 128) -> Chan
 class Link:
     """One direction of one slot with its limits.
 
-    ``retries``: attempts after the first. ``ack_periods``: calls of ``tick`` until a missing answer is a failure
-    (T_ack), ``clear_periods``: until flags of the receiver that stay 1 are (T_clr). ``chunk``: bytes that one
-    step copies, a multiple of 4.
+    ``retries``: attempts after the first. ``ack_periods``: calls of ``tick`` until a missing answer is a
+    failure (T_ack), ``clear_periods``: until flags of the receiver that stay 1 are (T_clr). ``chunk``: bytes
+    that one step copies, a multiple of 4.
     """
 
     channel: Channel

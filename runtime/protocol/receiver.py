@@ -1,4 +1,5 @@
-"""The receiving side of P: a machine that is stepped, one access to shared memory or one local step a call."""
+"""The receiving side of P: a machine that is stepped, one access to shared memory or one local step a
+call."""
 
 from __future__ import annotations
 
@@ -63,8 +64,8 @@ class Receiver(NamedTuple):
 
 
 def tick(r: Receiver, link: Link) -> Receiver:
-    """A period has passed: a receiver without work makes its flags 0 once in ``clear_periods``, so that one that
-    was set by a disturbance does not stay."""
+    """A period has passed: a receiver without work makes its flags 0 once in ``clear_periods``, so that one
+    that was set by a disturbance does not stay."""
     if r.phase is not Phase.WATCH or r.at:
         return r
     if r.waited + 1 < link.clear_periods:
@@ -73,13 +74,15 @@ def tick(r: Receiver, link: Link) -> Receiver:
 
 
 def restart() -> Receiver:
-    """A receiver that begins on memory that was in use: first its flags become 0. It knows no transfer, so the
-    sender has to reset the link."""
+    """A receiver that begins on memory that was in use: first its flags become 0. It knows no transfer, so
+    the sender has to reset the link."""
     return Receiver(phase=Phase.SCRUB)
 
 
-def step(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> tuple[Receiver, Event | None]:
-    """The next step. A wait that goes on gives the same state; ``situation`` is asked in the step that checks."""
+def step(r: Receiver, link: Link, memory: Words | Watched, situation: Situation
+         ) -> tuple[Receiver, Event | None]:
+    """The next step. A wait that goes on gives the same state; ``situation`` is asked in the step that
+    checks."""
     if r.phase is Phase.CHECK:
         return _check(r, situation)
     return _STEPS[r.phase](r, link, memory), None

@@ -1,7 +1,7 @@
 """The sending side of P: a machine that is stepped, one access to shared memory or one local step a call.
 
-States are values and steps give new ones, so that tests can try every interleaving with the receiver. Time comes
-from outside too: the owner calls ``tick`` once a period.
+States are values and steps give new ones, so that tests can try every interleaving with the receiver. Time
+comes from outside too: the owner calls ``tick`` once a period.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from runtime.protocol.profile import CLEAR, COPY, WITHDRAW, Link, Script
 
 
 class Phase(IntEnum):
-    """IDLE and FAULT wait for the owner, REST for the receiver's flags to be 0 (M0), ANSWER for its answer (M5)."""
+    """IDLE and FAULT wait for the owner, REST for the receiver's flags to be 0 (M0), ANSWER for its answer
+    (M5)."""
 
     IDLE = 0
     REST = 1
@@ -99,12 +100,14 @@ def submit(s: Sender, link: Link, aid: int, cmd: int, adata: bytes = b"") -> Sen
 def reset(s: Sender) -> Sender:
     """Gives up what is open and makes the link new, from any phase; ``Linked`` tells the end.
 
-    A reset that has failed is the same again, so that a receiver that knows it still tells what it had before.
+    A reset that has failed is the same again, so that a receiver that knows it still tells what it had
+    before.
     """
     failed = s.message.cmd == Command.RESET and not s.ready
     ordinal = s.resets if failed else s.resets + 1 & 0xFFFFFFFF
     message = Envelope(0, ordinal, Command.RESET, 0)
-    return s._replace(phase=Phase.WITHDRAW, at=0, waited=0, resets=ordinal, message=message, frame=b"", code=Code.OK)
+    return s._replace(phase=Phase.WITHDRAW, at=0, waited=0, resets=ordinal, message=message, frame=b"",
+                      code=Code.OK)
 
 
 def tick(s: Sender, link: Link) -> tuple[Sender, Event | None]:
