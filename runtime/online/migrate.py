@@ -66,7 +66,7 @@ class _Planner:
         self._hashes: dict[tuple[int, Type], str] = {}
 
     def plan(self) -> Plan:
-        addresses = self._addresses()
+        addresses, located = self._addresses(), self._located_roots()
         seen = set()
         for root in self.new.roots():
             key = root.path.upper()
@@ -75,7 +75,11 @@ class _Planner:
             if before is not None and not self._alike(before.variable.type, root.variable.type):
                 self.refusals.append(findings.type_changed(root.path, before.variable.type, root.variable.type))
             elif root.variable.location is not None:
-                self._located(root, before, addresses)
+                was = located.get((root.variable.location, storage(root.variable.type)))
+                if was is not None:
+                    self._pair(was, root)
+                else:
+                    self._located(root, before, addresses)
             elif before is not None:
                 self._pair(before, root)
             else:
@@ -143,6 +147,10 @@ class _Planner:
         return value is not None
 
     # ---- variables by address ------------------------------------------------------------------------
+
+    def _located_roots(self) -> dict[tuple, Root]:
+        return {(root.variable.location, storage(root.variable.type)): root for root in self.old.roots()
+                if root.variable.location is not None}
 
     def _addresses(self) -> dict[Bit, Symbol]:
         return {place: symbol for root in self.old.roots() if root.variable.location is not None

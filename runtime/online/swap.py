@@ -7,9 +7,10 @@ is copying: of names in a virtual machine, of a few runs of bytes in native memo
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import itemgetter
 
 from runtime.in_block import InBlock
-from runtime.layout import Cell, Root
+from runtime.layout import NOW, Cell, Root
 from runtime.machine import Machine
 from runtime.online.migrate import Plan
 from runtime.vm import machine as vm
@@ -44,11 +45,13 @@ def mover(old: Machine, new: Machine, plan: Plan) -> Move:
 def _cells(old: vm.Machine, new: vm.Machine, plan: Plan) -> Move:
     source, target = old.code.namespace, new.code.namespace
     names = [(was.home.name, root.home.name) for was, root in plan.whole if _in_cells(was, root)]
+    # itemgetter gives a tuple only for several names; the time is the same in both programs anyway.
+    read = itemgetter(NOW, NOW, *(name for name, _ in names))
+    entries = (NOW, NOW, *(name for _, name in names))
     others = [(was.home, root.home) for was, root in plan.whole if not _in_cells(was, root)]
 
     def move() -> None:
-        for name, to in names:
-            target[to] = source[name]
+        target.update(zip(entries, read(source), strict=True))
         for home, to in others:
             memory.write(target, to, memory.read(source, home))
 
@@ -80,7 +83,7 @@ def _bytes(old: InBlock, new: InBlock, plan: Plan) -> Move:
         end = spot.offset + new.plan.measure(spot.type)
         # No other variable of the new program lies between, so padding may be copied too.
         if joined and runs[-1][1] - runs[-1][0] == spot.offset - before.offset:
-            runs[-1][2] = end
+            runs[-1][2] = max(end, runs[-1][2])
         else:
             runs.append([before.offset, spot.offset, end])
         joined = True

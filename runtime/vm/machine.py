@@ -12,6 +12,7 @@ from runtime.layout import FIRST_SCAN, NOW, Layout
 from runtime.machine import Schedule
 from runtime.symbols import Symbol, is_cell
 from runtime.vm import memory
+from runtime.vm.keeper import Keeper
 from runtime.vm.loader import Code, Watchdog, load
 
 
@@ -25,6 +26,7 @@ class Machine(machine.Machine):
     pending: dict[str, object] = field(init=False, repr=False)
     _namespace: dict[str, object] = field(init=False, repr=False)
     _watchdog: Watchdog = field(init=False, repr=False)
+    _keeper: Keeper | None = field(init=False, repr=False, default=None)
 
     def _load(self) -> Layout:
         self.code = load(self.program, self.resource, self.bindings)
@@ -82,7 +84,9 @@ class Machine(machine.Machine):
         self._namespace[FIRST_SCAN] = False
 
     def _capture(self) -> object:
-        return memory.capture(self._namespace, self.layout)
+        if self._keeper is None:
+            self._keeper = Keeper(self.layout)
+        return self._keeper.capture(self._namespace)
 
     def _put_back(self, kept: object) -> None:
-        memory.put_back(self._namespace, kept)
+        self._keeper.put_back(self._namespace, kept)

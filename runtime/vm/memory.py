@@ -13,12 +13,11 @@ from struct import Struct as Packer
 from ldc.il.program import Unit
 from ldc.symbols import Location
 from ldc.types import Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
-from runtime.layout import FIRST_SCAN, Cell, Home, Layout, Packed, slot
+from runtime.layout import Cell, Home, Layout, Packed, slot
 from runtime.symbols import Symbol
 
 _FORMAT = {("int", 8): "<b", ("int", 16): "<h", ("int", 32): "<i", ("int", 64): "<q",
            ("real", 32): "<f", ("real", 64): "<d", ("time", 64): "<q"}
-_PLAIN = frozenset((bool, int, float, bytes, str))
 _UNSIGNED = {8: "<B", 16: "<H", 32: "<I", 64: "<Q"}
 
 
@@ -220,32 +219,3 @@ def put(namespace: dict[str, object], symbol: Symbol, value) -> None:
     else:
         owner[last] = value
 
-
-def capture(namespace: dict[str, object], layout: Layout) -> dict[str, object]:
-    """Copies of all variables and byte images, and whether this is the first scan, by their entries."""
-    names = {root.home.name for root in layout.roots()}
-    return {name: duplicate(namespace[name]) for name in (*names, FIRST_SCAN)}
-
-
-def put_back(namespace: dict[str, object], kept: dict[str, object]) -> None:
-    """Sets what ``capture`` gave. Byte images stay the same objects: views look into them."""
-    for name, value in kept.items():
-        image = namespace[name]
-        if isinstance(image, bytearray):
-            image[:] = value
-        else:
-            namespace[name] = duplicate(value)
-
-
-def duplicate(value):
-    """A deep copy of one of the machine's values; depth is that of its type."""
-    if isinstance(value, list):
-        return list(value) if value and type(value[0]) in _PLAIN else [duplicate(v) for v in value]
-    if type(value) in _PLAIN:
-        return value
-    if isinstance(value, bytearray):
-        return bytearray(value)
-    made = object.__new__(type(value))
-    for name in value.__slots__:
-        setattr(made, name, duplicate(getattr(value, name)))
-    return made
