@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
 
 import native
-from ldc.diagnostics import Invalid
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.source import SourceFile
 from online_programs import loaded
 from runtime.online.checks import Limits
 from runtime.online.controller import Controller, Event, prepare
+from runtime.stimuli import read
+from runtime.trace import Trace
 
 ENGINES = ["vm", pytest.param("native", marks=native.needs_gcc)]
 
@@ -272,3 +277,29 @@ def test_a_change_for_a_program_that_ran_before_is_refused() -> None:
     with pytest.raises(Invalid) as error:
         prepare(controller.running, late.new, old.digest, "me")
     assert codes(error) == ["LD0823"]
+
+
+# ---- those who look on -------------------------------------------------------------------------------
+
+
+def test_inputs_and_traces_follow_to_a_program_with_further_instances() -> None:
+    old = program("a : BOOL; k : INT; gone : INT; b AT %IX0.0 : BOOL;", "[a] <ADD(IN1 := k, IN2 := 1, OUT => k)>")
+    new = program("a : BOOL; k : INT; b AT %IX0.0 : BOOL;", "[a] [b] <ADD(IN1 := k, IN2 := 1, OUT => k)>",
+                  after="PROGRAM more\nVAR a : BOOL; k : INT; END_VAR\nRUNG\n[a] <ADD(IN1 := k, IN2 := 1, OUT => k)>\nEND_PROGRAM")
+    controller = Controller(loaded(old))
+    machine, found = controller.machine, Diagnostics()
+    rows = "scan,a,%IX0.0,gone\n0,1,,3\n2,0,1,4\n3,1,1,5\n"
+    stimuli = read(SourceFile("in.csv", rows), machine.symbols, found)
+    stream = io.StringIO()
+    trace = Trace(machine, ("a", "k", "gone", "%IX0.0"), stream)
+    for scan in range(4):
+        if scan == 2:
+            staged(controller, new)
+            controller.test("me")
+            stimuli = stimuli.follow(machine, controller.machine)
+            machine = controller.machine
+            trace.follow(machine)
+        stimuli.apply(machine)
+        controller.scan()
+        trace.sample()
+    assert stream.getvalue() == "scan,t_ms,a,k,gone,%IX0.0\n0,0,1,1,3,0\n1,10,1,2,3,0\n2,20,0,2,,1\n3,30,1,3,,1\n"

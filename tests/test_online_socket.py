@@ -314,3 +314,5 @@ def test_a_second_runtime_of_a_socket_and_paths_that_are_none(tmp_path, monkeypa
         assert main(["run", ".", "--online", "--scans", "3", "--no-wait", "--socket", "s", "--audit", "/dev/null/x"]) == 1
     assert main(["run", ".", "--online", "--scans", "3", "--no-wait", "--socket", "s"]) == 0
     assert not os.path.exists("s")
+    for wrong in (["--socket", "s"], ["--no-wait"], ["--audit", "log"], ["--online", "--target", "cortex-m3"]):
+        assert main(["run", ".", *wrong]) == 2

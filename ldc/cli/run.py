@@ -40,6 +40,7 @@ Action = Callable[[], None]
 
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
+    _check_options(options)
     if options.target:
         from ldc.cli import run_firmware  # loads what only firmware needs
 
@@ -56,6 +57,16 @@ def run(options: argparse.Namespace) -> int:
     # A crash ends the process that writes: the file is given its name, or taken away, by this one.
     with replacing(Path(options.trace)) if options.trace not in (None, "-") else nullcontext() as file:
         return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file))
+
+
+def _check_options(options: argparse.Namespace) -> None:
+    """Raises UsageError for options that mean nothing together."""
+    if options.online and options.target:
+        raise UsageError("--online changes a program on this computer, not on a --target")
+    given = {"--no-wait": options.no_wait, "--socket": options.socket, "--audit": options.audit}
+    alone = [name for name, value in given.items() if value and not options.online]
+    if alone:
+        raise UsageError(f"{alone[0]} goes with --online")
 
 
 def _live(options: argparse.Namespace) -> bool:

@@ -37,7 +37,8 @@ Observer = Trace | ChangeLines
 
 def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Callable[[], None],
         file: BinaryIO | None = None) -> int:
-    """Scans until the asked number is over or a signal comes. ``beat`` is called after each."""
+    """Scans until the asked number is over or a signal comes. ``beat`` is called after each,
+    and while one is waited for."""
     machine = start(result, options.period, sources.manifest, options.engine)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
@@ -56,6 +57,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             left = due - time.monotonic()
             if left > 0 and not options.no_wait:
                 time.sleep(min(left, _SLICE))
+                beat()
                 continue
             # Late scans are not made up for: two in a row would shorten no time of the plant.
             due = max(due, due - left - machine.period_ns / 1e9) + machine.period_ns / 1e9
