@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from ldc import pipeline
+from ldc.cli.main import main
 from tests.test_components import findings, machine
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
@@ -248,3 +249,17 @@ def test_static_data_of_cpp(tmp_path: Path, before: str) -> None:
     found = findings(project(tmp_path, entry("out->r = 1;", before), "c++"))
     assert {(c, at) for c, _, at in found} == {("LD1013", 2)}, found
     assert "`kept`" in found[0][1]
+
+
+def test_installed_components_are_listed_where_no_project_is(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["component", "list"]) == 0
+    assert "ldc.pid" in capsys.readouterr().out
+
+
+def test_a_crash_in_a_header_of_ones_own_is_told_there(tmp_path: Path, capfd) -> None:
+    own = HEADER.replace("return x * FACTOR;", "__builtin_trap();")
+    project(tmp_path, entry("out->r = scaled(in->a);", '#include "own.h"'), own_h=own)
+    assert main(["run", str(tmp_path), "--scans", "1", "--watch", "r"]) == 1
+    said = capfd.readouterr().err
+    assert "error[LD0805]: component ODD" in said and "own.h:5:" in said, said

@@ -12,7 +12,7 @@ from pathlib import Path
 from ldc import pipeline
 from ldc.cli.console import FULL, INTERNAL, Failure, UsageError, report, say, silence_stdout
 from ldc.components import host
-from ldc.components.find import body_sources
+from ldc.components.find import own_files
 from ldc.components.project import Native
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 from ldc.il.external import Binding
@@ -82,7 +82,7 @@ def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]
 
 
 def _span(crash: Crash, native: Native) -> Span:
-    for source in body_sources(native.component, Diagnostics()) or ():
+    for source in own_files(native.component, Diagnostics()).values():
         if crash.line and Path(source.path).resolve() == Path(crash.file).resolve():
             return source.line_span(crash.line)
     return native.component.span("function", "sources")

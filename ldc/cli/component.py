@@ -75,7 +75,9 @@ def _check(options: argparse.Namespace) -> int:
 
 def _list(options: argparse.Namespace) -> int:
     diagnostics = Diagnostics()
-    own = find.components(_sources(options.sources).descriptors, diagnostics).components
+    nothing = not options.sources and not Path(NAME).is_file() and not find.in_folder(Path("."), deep=False)
+    descriptors = () if nothing else _sources(options.sources).descriptors
+    own = find.components(descriptors, diagnostics).components
     installed = find.components(find.installed(diagnostics), diagnostics).components
     rows = [("NAME", "ID", "VERSION", "LANGUAGE", "PROCESSOR", "WHAT IT DOES")]
     rows += [

@@ -13,7 +13,7 @@ from pathlib import Path
 from ldc import pipeline
 from ldc.cli.console import Failure, report
 from ldc.components import toolchain
-from ldc.components.find import body_sources
+from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics, Invalid
 
 VARIABLE = "LDC_SANITIZED"
@@ -65,7 +65,7 @@ def _tell(said: str, result: pipeline.Compiled, diagnostics: Diagnostics) -> Non
     sources = {
         Path(source.path).resolve(): (native.component.name, source)
         for native in result.natives
-        for source in body_sources(native.component, diagnostics) or ()
+        for source in own_files(native.component, diagnostics).values()
     }
     undefined, broken = _UBSAN.search(said), _ASAN.search(said)
     if undefined is not None:

@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from ldc.il.program import Unit
 from ldc.symbols import Variable
-from ldc.types import Array, Elementary, Enum, String, Subrange, Type, storage
+from ldc.types import BOOL, Array, Elementary, Enum, String, Subrange, Type, storage
 
-_SCALARS = {
-    "BOOL": "bool",
-    "SINT": "int8_t",
-    "INT": "int16_t",
-    "DINT": "int32_t",
-    "LINT": "int64_t",
-    "USINT": "uint8_t",
-    "UINT": "uint16_t",
-    "UDINT": "uint32_t",
-    "ULINT": "uint64_t",
-    "BYTE": "uint8_t",
-    "WORD": "uint16_t",
-    "DWORD": "uint32_t",
-    "LWORD": "uint64_t",
-    "REAL": "float",
-    "LREAL": "double",
-    "TIME": "int64_t",
-    "LTIME": "int64_t",
-}
+_DATES = ("date", "tod", "dt")
 
 # What C and C++ reserve and IEC 61131-3 does not.
 _RESERVED = frozenset(
@@ -40,14 +24,21 @@ _RESERVED = frozenset(
 )
 
 
+@cache
+def c_type(type_: Type) -> str:
+    """The C type that generated code computes a scalar with, which is no string."""
+    kind: Elementary = storage(type_)
+    if kind.kind == "real":
+        return "float" if kind.bits == 32 else "double"
+    sign = "" if kind.kind in ("int", "time") else "u"
+    return f"{sign}int{max(kind.bits, 8)}_t"
+
+
 def scalar(type_: Type) -> str | None:
-    """The C type of one value (TIME: nanoseconds), None when C has none for it here."""
-    match type_:
-        case Enum() | Subrange():
-            return scalar(storage(type_))
-        case Elementary(name):
-            return _SCALARS.get(name)
-    return None
+    """The C type that an author knows one value by (TIME: nanoseconds), None when C has none for it here."""
+    if not isinstance(type_, Enum | Subrange | Elementary) or storage(type_).kind in _DATES:
+        return None
+    return "bool" if storage(type_) == BOOL else c_type(type_)
 
 
 def dimensions(type_: Type, flat: bool = False) -> list[int]:

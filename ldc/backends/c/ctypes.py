@@ -1,13 +1,12 @@
-"""What IL types and constants are in C."""
+"""How generated code spells constants and names types; the types themselves: `ldc/il/c_types.py`."""
 
 from __future__ import annotations
 
 import math
-from functools import cache
 
 from ldc.expr import Const
 from ldc.library.values import to_real
-from ldc.types import Elementary, String, Type, is_scalar, storage
+from ldc.types import String, Type, is_scalar, storage
 
 
 def is_string(type_: Type) -> bool:
@@ -27,16 +26,6 @@ def suffix(type_: Type) -> str:
         return f"f{kind.bits}"
     sign = "i" if kind.kind in ("int", "time") else "u"
     return f"{sign}{max(kind.bits, 8)}"
-
-
-@cache
-def c_type(type_: Type) -> str:
-    """The C type of a scalar that is no string."""
-    kind: Elementary = storage(type_)
-    if kind.kind == "real":
-        return "float" if kind.bits == 32 else "double"
-    sign = "" if kind.kind in ("int", "time") else "u"
-    return f"{sign}int{max(kind.bits, 8)}_t"
 
 
 def width(type_: Type) -> int:

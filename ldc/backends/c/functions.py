@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from ldc.backends.c.ctypes import c_type, is_string, suffix, width
+from ldc.backends.c.ctypes import is_string, suffix, width
+from ldc.il.c_types import c_type
 from ldc.library.time import ALIASES
 from ldc.types import LREAL, REAL, Elementary, String, Type, storage
 

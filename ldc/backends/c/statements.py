@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from ldc.backends.c import components, functions
-from ldc.backends.c.ctypes import by_address, c_type, is_string, width
+from ldc.backends.c.ctypes import by_address, is_string, width
 from ldc.backends.c.places import Address
 from ldc.backends.c.values import Callee, Values
 from ldc.expr import Apply, Expr, Load
+from ldc.il.c_types import c_type
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
 from ldc.il.structure import may_fault

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ldc.backends.c.ctypes import by_address, c_type, is_string, width
+from ldc.backends.c.ctypes import by_address, is_string, width
 from ldc.backends.c.frames import frame
 from ldc.backends.c.parts import Cut, cut
 from ldc.backends.c.places import Names, c_name
@@ -13,6 +13,7 @@ from ldc.backends.c.statements import Part, alone
 from ldc.backends.c.values import Callee, Shared
 from ldc.expr import Apply, Load
 from ldc.il.block import Block
+from ldc.il.c_types import c_type
 from ldc.il.program import Unit
 from ldc.il.statements import Goto
 from ldc.il.structure import Structured, structure

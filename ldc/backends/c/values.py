@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ldc.backends.c import functions
-from ldc.backends.c.ctypes import by_address, c_type, is_string, literal, string_bytes, suffix
+from ldc.backends.c.ctypes import by_address, is_string, literal, string_bytes, suffix
 from ldc.backends.c.places import Address, Names
 from ldc.expr import Apply, Const, Expr, Load, Place
+from ldc.il.c_types import c_type
 from ldc.il.structure import Structured
 
 

@@ -11,7 +11,6 @@ from importlib.resources import files
 import jinja2
 
 from ldc.backends.c import emit
-from ldc.backends.c.ctypes import c_type
 from ldc.backends.c.emit import BuildPlan, File
 from ldc.backends.firmware import components, remote
 from ldc.backends.firmware.board import Board, Region
@@ -19,6 +18,7 @@ from ldc.backends.firmware.components import Part
 from ldc.components.project import Native
 from ldc.il import changes
 from ldc.il.block import Block, Spot
+from ldc.il.c_types import c_type
 from ldc.il.layout import state, type_hash
 from ldc.types import String, Value, is_scalar
 
