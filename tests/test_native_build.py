@@ -59,6 +59,13 @@ def test_what_did_not_change_is_not_compiled_again(build) -> None:
     assert build(text(names, more="    further : ARRAY [1..9] OF DINT;")) <= 2
 
 
+def test_builds_at_the_same_time_do_not_disturb_each_other(build, tmp_path: Path) -> None:
+    kept = tmp_path / "cache" / "ldc" / "native"
+    kept.mkdir(parents=True)
+    (kept / ".gone.o.0123").symlink_to("taken-away-by-another-build")
+    assert build(text(("r",))) > 0
+
+
 def test_one_build_is_there_at_a_time_and_each_has_its_own_name(build, tmp_path: Path) -> None:
     build(text())
     first, = (tmp_path / "out").glob("*.so")

@@ -172,6 +172,11 @@ def _partial(path: Path) -> Path:
 
 def _prune(cache: Path) -> None:
     """Keeps the cache bounded: the objects that were not used for longest go."""
-    kept = sorted(cache.glob("*.[os]*"), key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in kept[_MOST_KEPT:]:
+    used = []
+    for path in cache.glob("*.[os]*"):
+        try:
+            used.append((path.stat().st_mtime, path))
+        except FileNotFoundError:
+            continue  # another build gave it its name, or took it away
+    for _, path in sorted(used, reverse=True)[_MOST_KEPT:]:
         path.unlink(missing_ok=True)
