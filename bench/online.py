@@ -87,9 +87,9 @@ def measure(engine: str, folder: Path) -> list[str]:
     gc.collect()
     gc.freeze()
     pauses, tests = [], []
+    there, back = lambda: controller.test("bench", 10**12), lambda: controller.untest("bench")
     for n in range(SWAPS):
-        act = (lambda: controller.test("bench", 10**12)) if n % 2 == 0 else (lambda: controller.untest("bench"))
-        pauses.append(timed(act)[0])
+        pauses.append(timed((there, back)[n % 2])[0])
         tests += [timed(controller.scan)[0] for _ in range(SCANS)] if n % 2 == 0 else []
     alone, _ = timed(lambda: made(folder, engine))
     assert controller.machine.scans == SCANS * SWAPS + SCANS * SWAPS // 2 and not controller.machine.faults

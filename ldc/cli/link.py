@@ -39,7 +39,7 @@ def socket_path(asked: str | None, name: str) -> Path:
 
 
 def _folder() -> Path:
-    """``$XDG_RUNTIME_DIR/ldc``, else one under the folder for temporary files, that only this user may enter."""
+    """``$XDG_RUNTIME_DIR/ldc``, else one among temporary files; only this user may enter it."""
     base = os.environ.get("XDG_RUNTIME_DIR")
     path = Path(base) / "ldc" if base else Path("/tmp") / f"ldc-{os.getuid()}"
     try:

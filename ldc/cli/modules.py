@@ -15,8 +15,8 @@ from ldc.manifest import Manifest
 @contextmanager
 def inserted(manifest: Manifest, module: str, after: str | None) -> Iterator[None]:
     """The project file lists the module behind ``after`` (None: as the last one) from now on; what goes wrong
-    inside puts it back. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file cannot be
-    written."""
+    inside puts it back. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file
+    cannot be written."""
     text = with_module(manifest, module, after)
     path = Path(manifest.source.path)
     before = path.read_bytes()
@@ -33,12 +33,14 @@ def with_module(manifest: Manifest, module: str, after: str | None) -> str:
     names = [name.upper() for name in manifest.modules]
     text = manifest.source.text
     if module.upper() in names:
-        raise _refused(manifest, f"`{module}` is a module of the project already", "take it away there to move it")
+        raise _refused(manifest, f"`{module}` is a module of the project already",
+                       "take it away there to move it")
     if not names:
         raise _refused(manifest, "the project lists no modules",
-                       "write the PROGRAMs in their order: `modules = [\"first\", \"second\"]` under [project]")
+                       'write the PROGRAMs in their order: `modules = ["first", "second"]` under [project]')
     if after is not None and after.upper() not in names:
-        raise _refused(manifest, f"`{after}` is no module of the project", f"modules: {', '.join(manifest.modules)}")
+        raise _refused(manifest, f"`{after}` is no module of the project",
+                       f"modules: {', '.join(manifest.modules)}")
     number = names.index(after.upper()) if after is not None else len(names) - 1
     item = manifest.spans["project", "modules", number].value
     return f"{text[:item.end]}, {json.dumps(module)}{text[item.end:]}"

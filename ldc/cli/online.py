@@ -120,9 +120,11 @@ def _print_changes(changes: Changes, kept: bool = True) -> None:
 
 def _print_state(state: State) -> None:
     print(f"program  {visible(state.name)}, {state.digest[:12]}, engine {state.engine}")
-    print(f"state    {state.state}" + (f" {state.staged[:12]}, client {visible(state.client)}" if state.staged else ""))
+    staged = f" {state.staged[:12]}, client {visible(state.client)}" if state.staged else ""
+    print(f"state    {state.state}{staged}")
     if state.state == "testing":
-        print(f"         back to the program before in {milliseconds(max(state.left_ns, 0))} ms, unless committed")
+        left = milliseconds(max(state.left_ns, 0))
+        print(f"         back to the program before in {left} ms, unless committed")
     print(f"scans    {state.scans}, {milliseconds(state.now_ns)} ms")
     if state.last:
         print(f"last     {visible(state.last)}")

@@ -46,8 +46,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     scans = None if endless else run_length(options, stimuli, machine)
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources))
     controller = Controller(loaded)
-    with _observed(options.trace, machine, names, file) as observer, _served(options, sources, controller) as server, \
-            _ended() as ended:
+    with _observed(options.trace, machine, names, file) as observer, \
+            _served(options, sources, controller) as server, _ended() as ended:
         due = time.monotonic()
         while (scans is None or controller.machine.scans < scans) and not ended():
             if server.serve():
@@ -97,7 +97,8 @@ def _served(options: argparse.Namespace, sources: Sources, controller: Controlle
         audit = Audit(log, lambda text: say(f"ldc run: {visible(text)}"))
         server = Server(controller, path, name, audit, limits, lambda text: say(visible(text)))
     except Busy:
-        raise Failure(f"a runtime has the socket `{path}` already: end it, or name another with --socket") from None
+        raise Failure(f"a runtime has the socket `{path}` already: end it, or name another with --socket"
+                      ) from None
     except OSError as error:
         raise Failure(f"cannot serve `{path}` with the log `{log}`: {error.strerror or error}") from error
     say(f"online: {path}, log {log}")

@@ -1,4 +1,4 @@
-"""The sources of a program as they are handed to the runtime and come back from it: paths within the project."""
+"""The sources of a program as the runtime gets them and gives them back: paths within the project."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Online change: another program takes over between two scans and goes on with the state (DESIGN section 7)."""
+"""Online change: another program goes on with the state, between two scans (DESIGN section 7)."""

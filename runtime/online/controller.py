@@ -32,7 +32,7 @@ Sources = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """A program that is ready to run: its machine, the image (bytes, and SHA-256 of what runs), its sources."""
+    """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources."""
 
     machine: Machine
     image: bytes
@@ -73,7 +73,8 @@ def prepare(old: Loaded, new: Loaded, base: str, owner: str, limits: Limits = Li
         raise findings.refused(findings.stale(base, old.digest))
     before, after = old.machine.layout, new.machine.layout
     plan = migrate.plan(before, after)
-    against = [*plan.refusals, *checks.tasks(before, after), *checks.memory(new.machine.program, after, limits)]
+    against = [*plan.refusals, *checks.tasks(before, after),
+               *checks.memory(new.machine.program, after, limits)]
     if against:
         raise findings.refused(*against)
     return Staged(old, new, plan, swap.mover(old.machine, new.machine, plan),
@@ -216,5 +217,6 @@ class Controller:
         self.swaps += 1
 
     def _tell(self, action: str, owner: str, detail: str = "", faults: tuple[Fault, ...] = ()) -> None:
-        self.note(Event(action, self.machine.scans, self.machine.now_ns, self.running.digest, owner, detail, faults))
+        self.note(Event(action, self.machine.scans, self.machine.now_ns, self.running.digest, owner, detail,
+                        faults))
 

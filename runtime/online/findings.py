@@ -1,4 +1,4 @@
-"""Why an online change is refused or undone: each code of the runtime's side in one place (DESIGN section 7)."""
+"""Why an online change is refused: each code of the runtime's side in one place (DESIGN section 7)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def area_full(area: str, needed: int, available: int) -> Diagnostic:
 
 
 def stale(base: str, running: str) -> Diagnostic:
-    return _one("LD0823", f"the change was made for program {base[:12] or 'none'}, but {running[:12]} is running",
+    return _one("LD0823",
+                f"the change was made for program {base[:12] or 'none'}, but {running[:12]} is running",
                 "`ldc pull` gives the sources that run now; put the change into them and stage it again")
 
 
@@ -47,7 +48,8 @@ def nothing_staged(action: str) -> Diagnostic:
 
 
 def in_other_hands(what: str) -> Diagnostic:
-    return _one("LD0825", what, "`ldc online status` tells whose it is; `ldc online cancel --force` takes it away")
+    return _one("LD0825", what,
+                "`ldc online status` tells whose it is; `ldc online cancel --force` takes it away")
 
 
 def unusable(what: str) -> Diagnostic:

@@ -35,7 +35,8 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
         if running.resource >= len(image.program.resources):
             raise findings.refused(findings.unusable("it has no program for the processor that runs"))
         if any(unit.external is not None for unit in image.program.units):
-            raise findings.refused(findings.unusable("it calls components in C or C++, which are bound at a start"))
+            raise findings.refused(findings.unusable(
+                "it calls components in C or C++, which are bound at a start"))
         machine = _machine(message, image, running, folder)
     except Invalid:
         raise

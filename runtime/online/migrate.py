@@ -73,7 +73,8 @@ class _Planner:
             seen.add(key)
             before = self.before.get(key)
             if before is not None and not self._alike(before.variable.type, root.variable.type):
-                self.refusals.append(findings.type_changed(root.path, before.variable.type, root.variable.type))
+                self.refusals.append(
+                    findings.type_changed(root.path, before.variable.type, root.variable.type))
             elif root.variable.location is not None:
                 was = located.get((root.variable.location, storage(root.variable.type)))
                 if was is not None:
@@ -86,8 +87,8 @@ class _Planner:
                 self._begin(root)
         hidden = (r for r in self.old.roots() if r.path.upper() not in seen and r.variable.kind != "hidden")
         self.dropped += [root.path for root in hidden]
-        return Plan(*map(tuple, (self.whole, self.parts, self.quiet, self.kept, self.initialised, self.dropped,
-                                 self.refusals)))
+        return Plan(*map(tuple, (self.whole, self.parts, self.quiet, self.kept, self.initialised,
+                                 self.dropped, self.refusals)))
 
     def _alike(self, old: Type, new: Type) -> bool:
         """Whether parts of one can be found in the other: both of one kind, or the same scalar."""

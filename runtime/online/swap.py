@@ -20,8 +20,8 @@ Move = Callable[[], None]
 
 
 def mover(old: Machine, new: Machine, plan: Plan) -> Move:
-    """Copies all that is kept from ``old`` to ``new``, and silences new edge memories. The machines are of one
-    engine. Values that are objects (arrays, instances) belong to both afterwards; only one of them may run."""
+    """Copies all that is kept from ``old`` to ``new``, and silences new edge memories. The machines are
+    of one engine. Objects (arrays, instances) belong to both afterwards; only one of them may run."""
     if isinstance(old, vm.Machine) and isinstance(new, vm.Machine):
         whole = _cells(old, new, plan)
     elif isinstance(old, InBlock) and isinstance(new, InBlock):

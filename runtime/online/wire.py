@@ -76,8 +76,8 @@ class Finding(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class State(msgspec.Struct, forbid_unknown_fields=True):
-    """``state``: running, staged or testing; ``left_ns``: of a test. ``last``: how the last change ended. ``client``: who
-    staged a program, by the name that the audit log has too."""
+    """``state``: running, staged or testing; ``left_ns``: of a test. ``last``: how the last change ended.
+    ``client``: who staged a program, by the name that the audit log has too."""
 
     name: str
     engine: str
@@ -140,7 +140,7 @@ def send(connection: socket.socket, message: msgspec.Struct) -> None:
 
 
 def receive(connection: socket.socket, type_: type[Message]) -> Message:
-    """The message of the other end. Raises Invalid (LD0827) when it is none, OSError when it is gone or slow."""
+    """What the other end says. Raises Invalid (LD0827) when it is no message, OSError when it is slow."""
     end = time.monotonic() + PATIENCE
     length, = struct.unpack(">I", _exactly(connection, 4, end))
     if length > LIMIT:

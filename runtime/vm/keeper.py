@@ -1,5 +1,5 @@
-"""The state of a virtual machine, taken between two scans and put back: fast to take, since tests of an online
-change do that before every scan, and seldom put back (DESIGN section 7)."""
+"""The state of a virtual machine, taken between two scans and put back: fast to take, since a test of
+an online change does that before every scan, and seldom put back (DESIGN section 7)."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Keeper:
         return self._values(namespace), [self._frozen(namespace[name]) for name in self._others]
 
     def put_back(self, namespace: dict[str, object], kept: Kept) -> None:
-        """All as it was; objects are new ones, since another machine may use those that are there. Byte images
-        stay the same objects: views look into them."""
+        """All as it was; objects are new ones, since another machine may use those that are there. Byte
+        images stay the same objects: views look into them."""
         values, others = kept
         namespace.update(zip(self._single, values, strict=True))
         for name, value in zip(self._others, others, strict=True):
