@@ -10,6 +10,7 @@ import pytest
 
 from ldc import pipeline
 from ldc.cli.main import main
+from ldc.components import toolchain
 from tests.test_components import findings, machine
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
@@ -263,3 +264,11 @@ def test_a_crash_in_a_header_of_ones_own_is_told_there(tmp_path: Path, capfd) ->
     assert main(["run", str(tmp_path), "--scans", "1", "--watch", "r"]) == 1
     said = capfd.readouterr().err
     assert "error[LD0805]: component ODD" in said and "own.h:5:" in said, said
+
+
+def test_what_was_used_last_is_kept(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(toolchain, "MOST_KEPT", 2)
+    for number in range(4):
+        findings(project(tmp_path, entry(f"out->r = {number};")))
+    assert len(list((tmp_path / "cache" / "ldc" / "components").iterdir())) == 2

@@ -117,7 +117,7 @@ def build(
         ]
         key = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
         library = cache_folder() / "components" / f"{component.entry}-{key}.so"
-        if not library.is_file() and not _compile(
+        if not toolchain.touched(library) and not _compile(
             native, texts, compiler, flags, library, Path(folder), diagnostics
         ):
             return None
@@ -234,6 +234,7 @@ def _linked(
         Path(temporary).unlink(missing_ok=True)  # a linker that fails takes its output away
         return False
     os.replace(temporary, library)
+    toolchain.prune(library.parent)
     return True
 
 

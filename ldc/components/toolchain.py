@@ -18,6 +18,10 @@ _UNDEFINED = re.compile(r"^(?:\S*ld\S*: )?(.+?):(\d+): (undefined reference to .
 _MESSAGE = re.compile(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.*)$", re.MULTILINE)
 
 
+MOST_KEPT = 4000
+"""Files that a folder of compiled code holds."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tool:
     """``command``: its name on the PATH. ``variable``: the environment variable that names another one. ``purpose``: what it does, after `it`."""
@@ -101,3 +105,24 @@ def _word(source: SourceFile, line: int, column: int) -> Span:
         return source.line_span(line)
     word = re.compile(r"\w+|.").match(source.text, start)
     return Span(source, word.start(), word.end())
+
+
+def touched(path: Path) -> bool:
+    """Whether a file of compiled code is there; it then counts as used now."""
+    try:
+        os.utime(path)
+    except OSError:
+        return False
+    return True
+
+
+def prune(cache: Path) -> None:
+    """Keeps a folder of compiled code bounded: the objects and libraries that were not used for longest go."""
+    used = []
+    for path in cache.glob("*.[os]*"):
+        try:
+            used.append((path.stat().st_mtime, path))
+        except FileNotFoundError:
+            continue  # another build gave it its name, or took it away
+    for _, path in sorted(used, reverse=True)[MOST_KEPT:]:
+        path.unlink(missing_ok=True)

@@ -24,7 +24,6 @@ from ldc.diagnostics import Diagnostics
 FLAGS = ("-std=c11", "-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
          "-fvisibility=hidden", "-fno-gnu-unique", "-fno-asynchronous-unwind-tables")
 SANITIZE = ("-g", "-fsanitize=undefined", "-fno-sanitize-recover=undefined")
-_MOST_KEPT = 4000
 
 
 class CompilerFailed(Exception):
@@ -88,7 +87,7 @@ def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
-    _prune(cache)
+    toolchain.prune(cache)
     return Artifact(target, plan, missing)
 
 
@@ -99,7 +98,7 @@ def compiled(files: Sequence[File], headers: Mapping[str, str], flags: Sequence[
     be written."""
     cache.mkdir(parents=True, exist_ok=True)
     objects = {file: cache / f"{_name(file.digest, compiler)}.o" for file in files}
-    missing = [file for file, path in objects.items() if not _touched(path)]
+    missing = [file for file, path in objects.items() if not toolchain.touched(path)]
     if missing:
         whole = "\0".join(text for pair in headers.items() for text in pair)
         folder = cache / f"include-{hashlib.sha256(whole.encode()).hexdigest()[:16]}"
@@ -114,15 +113,6 @@ def compiled(files: Sequence[File], headers: Mapping[str, str], flags: Sequence[
 
 def _name(digest: str, compiler: Compiler) -> str:
     return hashlib.sha256(f"{digest}\0{compiler.identity}".encode()).hexdigest()
-
-
-def _touched(path: Path) -> bool:
-    """Whether the object is there; it then counts as used now."""
-    try:
-        os.utime(path)
-    except OSError:
-        return False
-    return True
 
 
 def _compile(compiler: Compiler, flags: Sequence[str], file: File, headers: Path, target: Path) -> None:
@@ -168,15 +158,3 @@ def placed(data: bytes, path: Path) -> None:
 
 def _partial(path: Path) -> Path:
     return path.with_name(f".{path.name}.{secrets.token_hex(6)}")
-
-
-def _prune(cache: Path) -> None:
-    """Keeps the cache bounded: the objects that were not used for longest go."""
-    used = []
-    for path in cache.glob("*.[os]*"):
-        try:
-            used.append((path.stat().st_mtime, path))
-        except FileNotFoundError:
-            continue  # another build gave it its name, or took it away
-    for _, path in sorted(used, reverse=True)[_MOST_KEPT:]:
-        path.unlink(missing_ok=True)
