@@ -507,7 +507,8 @@ def test_an_area_that_is_full_is_told() -> None:
         placed("slave1", [("x", REAL, "NONE")])
 
 
-WITHOUT = MAIN.replace("    p : PROBE;\n", "").replace("<p: PROBE(x := x, n := n, text := text, row := row)>", "")
+CALL = "<p: PROBE(x := x, n := n, text := text, row := row)>"
+WITHOUT = MAIN.replace("    p : PROBE;\n", "").replace(CALL, "")
 LDC = [sys.executable, "-c", "from ldc.cli.main import entry; entry()"]
 
 

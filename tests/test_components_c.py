@@ -76,7 +76,8 @@ def project(folder: Path, body: str, language: str = "c", **files: str) -> Path:
 
 def entry(line: str, before: str = "") -> str:
     head = "void odd(const odd_in *in, odd_out *out, odd_state *state, uint32_t dt_us)"
-    return f'#include "odd.h"\n{before}\n{head}\n{{\n    (void)in; (void)out; (void)state; (void)dt_us;\n{line}\n}}\n'
+    used = "(void)in; (void)out; (void)state; (void)dt_us;"
+    return f'#include "odd.h"\n{before}\n{head}\n{{\n    {used}\n{line}\n}}\n'
 
 
 PIECES = {
@@ -124,10 +125,12 @@ PIECES = {
         '#pragma GCC diagnostic ignored "-Wunused-variable"',
         "_Alignas(16) int v = 3; _Atomic int c = 2;\n#pragma GCC unroll 4\n"
         "for (int i = 0; i < 4; i++) v += i;\n"
-        "out->r = kind(v) + kind(1.0f) * 10 + v * 100 + c + (((uintptr_t)&v) & 15) + (int)offsetof(odd_in, a);",
+        "out->r = kind(v) + kind(1.0f) * 10 + v * 100 + c;\n"
+        "out->r += (((uintptr_t)&v) & 15) + (int)offsetof(odd_in, a);",
     ),
     "texts and comments": (
-        '/* PLC_D(nothing) */ // PLC_M(nothing)\nstatic const char text[] = "PLC_D(none) /* \\"x\\" \\x41" "z";',
+        "/* PLC_D(nothing) */ // PLC_M(nothing)\n"
+        'static const char text[] = "PLC_D(none) /* \\"x\\" \\x41" "z";',
         "int s = '\\\\' + '\\'' + '\"'; for (unsigned i = 0; i < sizeof text; i++) s += text[i]; // end \\\n"
         "still PLC_D(none)\nout->r = s /* PLC_D(none) */ + in->a;",
     ),
@@ -153,7 +156,8 @@ def test_c_means_what_it_means_to_gcc(tmp_path: Path, name: str) -> None:
     (alone / "odd.c").write_bytes((body + CALL).encode())
     command = ["gcc", "-w", "-O1", "-fwrapv", "odd.c", "-o", "odd"]
     subprocess.run(command, cwd=alone, check=True)
-    assert str(m.get("r")) == subprocess.run([alone / "odd"], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run([alone / "odd"], capture_output=True, text=True, check=True)
+    assert str(m.get("r")) == said.stdout
 
 
 MEMORY = [

@@ -25,8 +25,8 @@ _NO_ROOM = 74
 
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int]) -> int:
-    """The status of the work. Raises Invalid for a crash, with the component and its line in C, and OSError when
-    there is no room for what the work writes."""
+    """The status of the work. Raises Invalid for a crash, with the component and its line in C, and OSError
+    when there is no room for what the work writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics)
     if handler is None:

@@ -49,7 +49,7 @@ def wants_color(stream: IO[str]) -> bool:
 
 
 def silence_stdout() -> None:
-    """What is still to be written goes nowhere: keeps the interpreter from complaining when it flushes at the end."""
+    """What is still to be written goes nowhere: the interpreter would complain when it flushes at the end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -26,8 +26,8 @@ _LASTING = {"static", "_Thread_local"}
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """A node where it stands: ``role`` is the name that the node ``above`` calls it by; ``local``: inside of a
-    function, a structure or a list of parameters."""
+    """A node where it stands: ``role`` is the name that the node ``above`` calls it by; ``local``: inside of
+    a function, a structure or a list of parameters."""
 
     node: c_ast.Node
     role: str = ""
@@ -80,8 +80,8 @@ def _pointer(type_: c_ast.Node, names: frozenset[str] | set[str]) -> bool:
 
 
 def raw_address(node: c_ast.Node, names: frozenset[str]) -> c_ast.Node | None:
-    """The first number of an expression, not 0, that a cast or a declaration makes a pointer of; ``names``: types
-    that are some."""
+    """The first number of an expression, not 0, that a cast or a declaration makes a pointer of; ``names``:
+    types that are some."""
     match node:
         case c_ast.Cast() if _pointer(node.to_type.type, names):
             value = node.expr

@@ -1,9 +1,9 @@
 """C of a component for one processor: preprocessed, parsed, its symbols resolved and their places written in
 (SPEC 9.4).
 
-The tree of pycparser tells where symbols stand and what is done with them. What is written is the author's text
-with the places in it, so nothing that a printer of trees does not know is lost, and the messages of gcc and the
-steps of gdb are at the author's lines.
+The tree of pycparser tells where symbols stand and what is done with them. What is written is the author's
+text with the places in it, so nothing that a printer of trees does not know is lost, and the messages of gcc
+and the steps of gdb are at the author's lines.
 """
 
 from __future__ import annotations
@@ -95,7 +95,8 @@ def rewrite(
     defines = frozenset(node.decl.name for node in tree.ext if isinstance(node, c_ast.FuncDef))
     # The folder of the header is another one each time, and the digest of the text names the library.
     text = written.replaced(uses.edits).replace(f'"{header}"', f'"{header.name}"')
-    return Rewritten(_preamble(memory.word_bits) + text, frozenset(uses.reads), frozenset(uses.writes), defines)
+    text = _preamble(memory.word_bits) + text
+    return Rewritten(text, frozenset(uses.reads), frozenset(uses.writes), defines)
 
 
 def _command(component: Component, source: SourceFile, header: Path, gcc: str) -> list[str]:

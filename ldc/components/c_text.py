@@ -1,4 +1,4 @@
-"""C behind the preprocessor: where its places are in the author's files, and what a parser of C11 reads of it."""
+"""C behind the preprocessor: where its places are in the author's files, what a parser of C11 reads of it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _STANDS_FOR = {"__builtin_offsetof": "0", "__builtin_va_arg": "0", "__builtin_va
 
 @dataclass(frozen=True, slots=True)
 class CText:
-    """``text``: what the preprocessor gave, with standard ``#line`` directives. ``plain``: the same, place by place,
-    as C11 without directives: attributes are blank, what the headers of the standard make of compilers' own
+    """``text``: what the preprocessor gave, with standard ``#line`` directives. ``plain``: the same, place by
+    place, as C11 without directives: attributes are blank, what the headers of the standard make of compilers' own
     functions is a constant. ``origins``: file and line of each line, from its marker."""
 
     text: str

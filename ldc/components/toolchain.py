@@ -79,7 +79,8 @@ def run(command: Sequence[str], timeout: float = 120.0) -> tuple[int, str, list[
     if done.returncode and not any(s.level == "error" for s in said):
         # What the driver says of its linker last tells nothing.
         lines = [line for line in text.splitlines() if line.strip() and not line.startswith("collect2:")]
-        words = lines[-1].strip() if lines else f"{os.path.basename(command[0])} ended with status {done.returncode}"
+        silent = f"{os.path.basename(command[0])} ended with status {done.returncode}"
+        words = lines[-1].strip() if lines else silent
         said.append(Said("", 0, 0, "error", words))
     return done.returncode, done.stdout.decode("utf-8", "replace"), said
 
@@ -99,7 +100,7 @@ def report(
 
 
 def _word(source: SourceFile, line: int, column: int) -> Span:
-    """The word at a column; the whole line when it does not reach that far, as after a macro, or at no word."""
+    """The word at a column; the whole line when it does not reach that far, as after a macro."""
     start = source.line_starts[line - 1] + column - 1
     if column <= 1 or column > len(source.line(line)):
         return source.line_span(line)
@@ -117,7 +118,7 @@ def touched(path: Path) -> bool:
 
 
 def prune(cache: Path) -> None:
-    """Keeps a folder of compiled code bounded: the objects and libraries that were not used for longest go."""
+    """Keeps a folder of compiled code bounded: what was not used for longest goes."""
     used = []
     for path in cache.glob("*.[os]*"):
         try:

@@ -83,8 +83,8 @@ def members(unit: Unit) -> dict[str, tuple[Variable, ...]]:
 
 
 def structure(name: str, variables: tuple[Variable, ...], flat: bool = False) -> str:
-    """The members of one of these structures, as C declares it; ``flat``: as of `dimensions`. Raises ValueError
-    for a type without C."""
+    """The members of one of these structures, as C declares it; ``flat``: as of `dimensions`. Raises
+    ValueError for a type without C."""
     lines = []
     for v in variables:
         declared = field(v.name, v.type, flat)
