@@ -133,7 +133,10 @@ def test_types_functions_blocks_and_globals(depth: int | None, golden) -> None:
 
 @test_samples.samples
 def test_a_sample_read_back_from_its_text_gives_the_same_trace(folder: Path) -> None:
-    text = print_program(test_samples.compiled(folder, verify=False).program)
+    result = test_samples.compiled(folder, verify=False)
+    if result.components:
+        pytest.skip("the frame around a component has no text that is read (docs/components.md)")
+    text = print_program(result.program)
     assert test_samples.traced(folder, compiled("again.il", text)) == (folder / "expected.csv").read_text()
 
 
