@@ -10,13 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.cli.console import FULL, INTERNAL, Failure, UsageError, report, say, silence_stdout
+from ldc.cli.console import FULL, INTERNAL, answered, silence_stdout
 from ldc.components import host
 from ldc.components.find import own_files
 from ldc.components.project import Native
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 from ldc.il.external import Binding
-from ldc.render import visible
 from ldc.source import Span
 from runtime.guard import Beat, Crash, guarded
 
@@ -35,14 +34,9 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
     def watched(beat: Beat) -> int:
         try:
             beat.watch([b.library for b in bindings], handler)
-            status = work(beat)
+            status = answered("run", lambda: work(beat))
             sys.stdout.flush()
             return status
-        except (UsageError, Failure) as error:
-            say(f"ldc run: {visible(str(error))}")
-            return 2 if isinstance(error, UsageError) else 1
-        except Invalid as error:
-            return report(error.diagnostics, error.locate) or 1
         except BrokenPipeError:
             raise  # ends the process as it ends any command
         except Exception as error:

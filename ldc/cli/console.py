@@ -6,11 +6,11 @@ import errno
 import os
 import shutil
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import IO
 
-from ldc.diagnostics import Diagnostic, Locate, Severity
-from ldc.render import render
+from ldc.diagnostics import Diagnostic, Invalid, Locate, Severity
+from ldc.render import render, visible
 
 OK, WRONG, USAGE, INTERNAL = 0, 1, 2, 3
 """The exit statuses (DESIGN section 8): fine, the input is wrong, the command line is wrong, a bug."""
@@ -56,6 +56,20 @@ def silence_stdout() -> None:
 def say(text: str) -> None:
     """One line to standard error."""
     print(text, file=sys.stderr)
+
+
+def answered(command: str, work: Callable[[], int]) -> int:
+    """The status of a command; what it gives up with is told."""
+    try:
+        return work()
+    except UsageError as error:
+        say(f"ldc {command}: {visible(str(error))}")
+        return USAGE
+    except Failure as error:
+        say(f"ldc {command}: {visible(str(error))}")
+        return WRONG
+    except Invalid as error:
+        return report(error.diagnostics, error.locate) or WRONG
 
 
 def report(diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> int:

@@ -7,8 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from ldc.cli.arguments import make_parser
-from ldc.cli.console import FULL, INTERNAL, USAGE, WRONG, Failure, UsageError, report, say, silence_stdout
-from ldc.diagnostics import Invalid
+from ldc.cli.console import FULL, INTERNAL, USAGE, WRONG, answered, say, silence_stdout
 from ldc.render import visible
 
 INTERRUPTED, BROKEN_PIPE = 130, 141
@@ -54,16 +53,7 @@ def _run(arguments: Sequence[str]) -> int:
         return USAGE
     options.arguments = list(arguments)
     command = importlib.import_module(f"ldc.cli.{options.command}")
-    try:
-        return command.run(options)
-    except UsageError as error:
-        say(f"ldc {options.command}: {visible(str(error))}")
-        return USAGE
-    except Failure as error:
-        say(f"ldc {options.command}: {visible(str(error))}")
-        return WRONG
-    except Invalid as error:
-        return report(error.diagnostics, error.locate) or WRONG
+    return answered(options.command, lambda: command.run(options))
 
 
 def _internal(error: Exception, arguments: Sequence[str]) -> int:

@@ -11,15 +11,19 @@ from ldc.backends.c.gcc import Artifact
 from ldc.cli.compiling import native_code
 from ldc.cli.console import Failure, report
 from ldc.diagnostics import Diagnostics, Invalid
+from ldc.il.external import Binding
 from runtime.native.library import Code
 from runtime.native.machine import Machine
 
 
 def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = None,
-             areas: Mapping[str, int] | None = None, sanitize: bool = False) -> Artifact:
-    """The shared object for one resource of a compiled project. Raises Invalid and Failure."""
+             areas: Mapping[str, int] | None = None, sanitize: bool = False,
+             bindings: tuple[Binding, ...] | None = None) -> Artifact:
+    """The shared object for one resource of a compiled project; ``bindings``: its components, when they are
+    built already. Raises Invalid and Failure."""
     diagnostics = Diagnostics()
-    plan = build.planned(result.program, result.image.layout, resource, native_code(result), areas, sanitize)
+    bindings = native_code(result) if bindings is None else bindings
+    plan = build.planned(result.program, result.image.layout, resource, bindings, areas, sanitize)
     try:
         made = build.built(plan, diagnostics, folder)
     except OSError as error:
@@ -35,7 +39,8 @@ def loadable(made: Artifact) -> Code:
     return Code(made.path, made.plan.block, made.plan.map, made.plan.bindings)
 
 
-def machine(result: pipeline.Compiled, resource: int, period: int | None) -> Machine:
+def machine(result: pipeline.Compiled, resource: int, period: int | None,
+            bindings: tuple[Binding, ...] | None = None) -> Machine:
     """A machine that runs native code."""
-    made = artifact(result, resource)
+    made = artifact(result, resource, bindings=bindings)
     return Machine(result.program, resource, period, native=loadable(made))

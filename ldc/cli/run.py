@@ -21,6 +21,7 @@ from ldc.cli.output import replacing
 from ldc.cli.powers import Powers
 from ldc.cli.watching import ChangeLines, LiveTable
 from ldc.diagnostics import Diagnostics, Invalid
+from ldc.il.external import Binding
 from ldc.manifest import Manifest, Sources
 from ldc.reading import read_source
 from ldc.render import plural
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     bindings = native_code(result)
     # A crash ends the process that writes: the file is given its name, or taken away, by this one.
     with replacing(Path(options.trace)) if options.trace not in (None, "-") else nullcontext() as file:
-        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file))
+        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file, bindings))
 
 
 def _check_options(options: argparse.Namespace) -> None:
@@ -74,16 +75,16 @@ def _live(options: argparse.Namespace) -> bool:
 
 
 def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Action,
-         file: BinaryIO | None = None) -> int:
+         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = ()) -> int:
     """All scans, and what is said at the end; ``beat`` is called before the first and after each scan.
-    ``file``: for the trace, when it is open already."""
+    ``file``: for the trace, when it is open already; ``bindings``: the components in C and C++."""
     if options.online:
         from ldc.cli import run_online  # loads what only a socket needs
 
         return run_online.run(options, sources, result, beat, file)
     live = _live(options)
     stepped = live and options.engine == "vm"
-    machine = start(result, options.period, sources.manifest, options.engine)
+    machine = start(result, options.period, sources.manifest, options.engine, bindings)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
@@ -100,15 +101,19 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
-def start(result: pipeline.Compiled, period: int | None, manifest: Manifest | None, engine: str = "vm") -> Machine:
-    """The machine for a compiled project; `period` of the command line wins over that of the project."""
+def start(
+    result: pipeline.Compiled, period: int | None, manifest: Manifest | None, engine: str = "vm",
+    bindings: tuple[Binding, ...] | None = None,
+) -> Machine:
+    """The machine for a compiled project; `period` of the command line wins over that of the project.
+    `bindings`: its components in C and C++, when they are built already."""
     number = resource_to_run(result)
     period = period or (manifest.period if manifest else None)
     if engine == "native":
         from ldc.cli import native  # loads cffi and jinja2
 
-        return native.machine(result, number, period)
-    return vm.Machine(result.program, number, period, native_code(result))
+        return native.machine(result, number, period, bindings)
+    return vm.Machine(result.program, number, period, native_code(result) if bindings is None else bindings)
 
 
 def resource_to_run(result: pipeline.Compiled) -> int:

@@ -6,14 +6,17 @@ are those that the rewritten source of a component gets.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from ldc.il.areas import areas
-from ldc.types import BOOL, Array, Type, storage
+from ldc.symbols import Variable
+from ldc.types import BOOL, Array, Elementary, Enum, Subrange, Type, storage
 
 MACROS = ("PLC_M", "PLC_D", "LCD")
 """How C names memory: a bit of M, data of D, a parameter in the data area of the modules."""
+
+_MASTER = frozenset(("master",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +103,24 @@ def placed(processor: str, wanted: Iterable[tuple[str, Type, str]], word_bits: i
             )
         )
     return of_symbols(processor, symbols, word_bits, base="")
+
+
+def nameable(globals_: Iterable[Variable]) -> Iterator[tuple[Variable, Type]]:
+    """The globals that C can name, each with the type of its elements."""
+    for v in globals_:
+        element = v.type
+        while isinstance(element, Array):
+            element = element.element
+        if isinstance(element, Elementary | Enum | Subrange):
+            yield v, element
+
+
+def global_symbol(variable: Variable, element: Type, address: int, bit: int | None = None) -> Symbol:
+    """A global of the master; inputs and constants have no writer."""
+    fixed = variable.constant or variable.location is not None and variable.location.area == "I"
+    macro = macro_of(element)
+    return Symbol(variable.name, macro, variable.type, macro[-1], address, bit,
+                  frozenset() if fixed else _MASTER, _MASTER)
 
 
 def macro_of(type_: Type) -> str:

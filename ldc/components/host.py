@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ldc.components import c_source, cpp_source, findings, header, toolchain
-from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
+from ldc.components.address_map import AddressMap, global_symbol, nameable, of_symbols
 from ldc.components.descriptor import Component
 from ldc.components.find import body_sources, own_files
 from ldc.components.project import Native
@@ -24,9 +24,8 @@ from ldc.il.layout import measure
 from ldc.parser.tables import cache_folder
 from ldc.source import SourceFile, Span
 from ldc.symbols import Variable
-from ldc.types import Array, Elementary, Enum, Subrange
 
-FLAGS = (
+_FLAGS = (
     "-O2",
     "-gdwarf-4",
     "-fPIC",
@@ -37,12 +36,8 @@ FLAGS = (
     "-fno-strict-aliasing",
     "-fvisibility=hidden",
     "-Wall",
-    "-Werror=implicit-function-declaration",
-    "-Werror=int-conversion",
-    "-Werror=incompatible-pointer-types",
-    "-Werror=discarded-qualifiers",
 )
-_CXX_SKIPS = (
+_C_ONLY = (
     "-Werror=implicit-function-declaration",
     "-Werror=int-conversion",
     "-Werror=incompatible-pointer-types",
@@ -61,22 +56,11 @@ def memory_of(globals_: Iterable[Variable], processor: str = "master") -> Addres
     """A map of all globals that C can name, one behind the other: for checks, and as the window that an
     engine copies to and from."""
     symbols, end = [], 0
-    for v in globals_:
-        element = v.type
-        while isinstance(element, Array):
-            element = element.element
-        if not isinstance(element, Elementary | Enum | Subrange):
-            continue
+    for v, element in nameable(globals_):
         size, align = measure(v.type, {})
         at = -(-end // align) * align
         end = at + size
-        writers = (
-            frozenset()
-            if v.constant or v.location is not None and v.location.area == "I"
-            else frozenset(("master",))
-        )
-        macro = macro_of(element)
-        symbols.append(Symbol(v.name, macro, v.type, macro[-1], at, None, writers, frozenset(("master",))))
+        symbols.append(global_symbol(v, element, at))
     return of_symbols(processor, symbols)
 
 
@@ -86,7 +70,7 @@ def _processor(native: Native) -> str:
 
 
 def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics) -> bool:
-    """Whether the sources of a component can be rewritten for the master; findings when not."""
+    """Whether the sources of a component can be rewritten for its processor; findings when not."""
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
         return (
             rewritten(native, memory_of(globals_, _processor(native)), Path(folder), diagnostics) is not None
@@ -108,8 +92,9 @@ def build(
         compiler = toolchain.find(tool, diagnostics)
         if compiler is None:
             return None
-        flags = [f for f in FLAGS if component.language == "c" or f not in _CXX_SKIPS]
-        flags += [
+        flags = [
+            *_FLAGS,
+            *(_C_ONLY if component.language == "c" else ()),
             # The runtime of the sanitizers is in the process that loads the library.
             *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ("-Wl,-z,defs",)),
             *component.cflags,
@@ -121,12 +106,8 @@ def build(
             native, texts, compiler, flags, library, Path(folder), diagnostics
         ):
             return None
-    names = {**{key: None for key in (*reads, *writes)}}
-    shared = tuple(
-        Shared(s.name, s.type, s.address, key in reads or key in writes, key in writes)
-        for key in names
-        for s in [memory.symbols[key]]
-    )
+    used = [(key, memory.symbols[key]) for key in sorted(reads | writes)]
+    shared = tuple(Shared(s.name, s.type, s.address, key in writes) for key, s in used)
     size = max((s.offset + measure(s.type, {})[0] for s in shared), default=0)
     return Binding(native.unit.name, library, component.entry, size, shared)
 
@@ -140,7 +121,7 @@ def guard_library(diagnostics: Diagnostics) -> Path | None:
     text = source.read_text(encoding="utf-8")
     key = hashlib.sha256(f"{text}\0{compiler}".encode()).hexdigest()[:24]
     library = cache_folder() / "components" / f"guard-{key}.so"
-    if library.is_file():
+    if toolchain.touched(library):
         return library
     file = SourceFile(str(source), text)
     command = [compiler, "-O1", "-fPIC", "-shared", "-fvisibility=hidden"]
@@ -155,8 +136,9 @@ def rewritten(
     diagnostics: Diagnostics,
     tools: tuple[Tool, Tool] = (toolchain.GCC, toolchain.GXX),
 ) -> tuple[list[str], set[tuple[str, str]], set[tuple[str, str]]] | None:
-    """The sources of a component for the processor of ``memory``, the symbols that they read and those that they
-    write; None with findings. ``folder`` takes the generated header; ``tools`` are the compilers of C and C++."""
+    """The sources of a component for the processor of ``memory``, the symbols that they read and those that
+    they write; None with findings. ``folder`` takes the generated header; ``tools`` are the compilers of C
+    and C++."""
     component = native.component
     sources = body_sources(component, diagnostics)
     if sources is None or not header.check_types(native.unit, diagnostics):

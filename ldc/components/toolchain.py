@@ -24,7 +24,8 @@ MOST_KEPT = 4000
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """``command``: its name on the PATH. ``variable``: the environment variable that names another one. ``purpose``: what it does, after `it`."""
+    """``command``: its name on the PATH. ``variable``: the environment variable that names another one.
+    ``purpose``: what it does, after `it`."""
 
     command: str
     variable: str
@@ -38,7 +39,10 @@ ARM_GCC = Tool(
     "arm-none-eabi-gcc", "LDC_ARM_CC", "gcc-arm-none-eabi libnewlib-arm-none-eabi", "compiles C for Cortex-M"
 )
 ARM_GXX = Tool(
-    "arm-none-eabi-g++", "LDC_ARM_CXX", "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib", "compiles C++ for Cortex-M"
+    "arm-none-eabi-g++",
+    "LDC_ARM_CXX",
+    "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib",
+    "compiles C++ for Cortex-M",
 )
 QEMU_ARM = Tool("qemu-system-arm", "LDC_QEMU_ARM", "qemu-system-arm", "runs firmware on emulated boards")
 

@@ -10,12 +10,12 @@ from ldc.types import Type
 
 @dataclass(frozen=True, slots=True)
 class Shared:
-    """A global variable that native code names: ``offset`` in bytes in the memory that it is given."""
+    """A global variable that native code names: ``offset`` in bytes in the memory that it is given.
+    It is read before every call, also when it is only written: not every call writes all of it."""
 
     name: str
     type: Type
     offset: int
-    read: bool
     written: bool
 
 

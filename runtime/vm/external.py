@@ -40,7 +40,7 @@ def call(
     state = [(_to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["state"]]
     given, taken, kept = ffi.new("ldc_in *"), ffi.new("ldc_out *"), ffi.new("ldc_state *")
     memory = ffi.new("unsigned char[]", max(binding.size, 1))
-    reads = [_window(ffi, memory, s, namespace, homes) for s in binding.shared if s.read]
+    reads = [_window(ffi, memory, s, namespace, homes) for s in binding.shared]
     writes = [_window(ffi, memory, s, namespace, homes, back=True) for s in binding.shared if s.written]
     entry = library.ldc_entry
 

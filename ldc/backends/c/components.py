@@ -53,8 +53,7 @@ def wrapper(block: Block, unit: Unit, binding: Binding) -> Wrapper:
              for line in _moved(block, unit, part, v, False)]
     for shared in binding.shared:
         spot = block.variable(shared.name, block.shared[shared.name.upper()])
-        if shared.read or shared.written:
-            before.append(_window(block, shared, spot, True))
+        before.append(_window(block, shared, spot, True))
         if shared.written:
             after.append(_window(block, shared, spot, False))
     head = callee(unit).declaration.rstrip(";")

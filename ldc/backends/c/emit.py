@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
-
-import jinja2
 
 from ldc.backends.c import components
 from ldc.backends.c.units import UnitCode, inline, translate
 from ldc.backends.c.values import Callee
+from ldc.backends.room import Room, digest
 from ldc.il.block import Block
 from ldc.il.external import Binding
 
 HEADER = "ldc_runtime.h"
 _RUNTIME, _TEXT = "ldc_runtime.c", "ldc_text.c"
-_ROOM = files("ldc.backends.c")
+_ROOM = Room("ldc.backends.c")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,27 +53,28 @@ def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = ())
     natives = [unit for unit in block.program.units if unit.external is not None]
     debug = "-g" in flags
     codes = _translated(block)
-    header = _read(HEADER)
-    made = [_file(f"{chunk.name}.c", _render("chunk.c.j2", chunk=chunk), header, flags, debug)
+    header = _ROOM.read(HEADER)
+    made = [_file(f"{chunk.name}.c", _ROOM.render("chunk.c.j2", chunk=chunk), header, flags, debug)
             for code in codes for chunk in code.chunks]
-    main = _render(
+    main = _ROOM.render(
         "main.c.j2", title=f"{block.program.name or 'program'}: how POUs run their parts", zero=b"\0",
         heads=[f.head for code in codes for chunk in code.chunks for f in chunk.functions]
         + [code.driver.head for code in codes], drivers=[code.driver for code in codes], size=block.size,
         runs=[code.callee.name for code in codes if code.unit.kind == "PROGRAM"],
         components=[components.bound(unit) for unit in natives])
     for unit in natives:
-        text = _render("component.c.j2", wrapper=components.wrapper(block, unit, known[unit.name.upper()]))
+        wrapper = components.wrapper(block, unit, known[unit.name.upper()])
+        text = _ROOM.render("component.c.j2", wrapper=wrapper)
         made.append(_file(f"{components.callee(unit).name}.c", text, header, flags, debug))
     made.append(_file("main.c", main, header, flags, debug))
     library = [_RUNTIME]
     if any("ldc_print_" in file.text or "ldc_read_" in file.text for file in made):
         library.append(_TEXT)
-    made += [_file(name, _read(name), header, flags, debug) for name in library]
+    made += [_file(name, _ROOM.read(name), header, flags, debug) for name in library]
     map_ = tuple((code.unit.name, code.firsts) for code in codes)
-    digest = _digest(*(f"{file.name} {file.digest}" for file in made))
+    whole = digest(*(f"{file.name} {file.digest}" for file in made))
     return BuildPlan(block, tuple(made), header, flags, map_,
-                     tuple(known[unit.name.upper()] for unit in natives), digest)
+                     tuple(known[unit.name.upper()] for unit in natives), whole)
 
 
 def _translated(block: Block) -> list[UnitCode]:
@@ -97,26 +94,4 @@ def _translated(block: Block) -> list[UnitCode]:
 
 def _file(name: str, text: str, header: str, flags: tuple[str, ...], debug: bool) -> File:
     counted = text if debug else "\n".join(line for line in text.split("\n") if not line.startswith("#line"))
-    return File(name, text, _digest(counted, header, *flags))
-
-
-def _digest(*texts: str) -> str:
-    return hashlib.sha256("\0".join(texts).encode()).hexdigest()
-
-
-
-
-@cache
-def _read(name: str) -> str:
-    return (_ROOM / "runtime" / name).read_text(encoding="utf-8")
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    loader = jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text(encoding="utf-8"))
-    return jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-                              undefined=jinja2.StrictUndefined, autoescape=False)
-
-
-def _render(template: str, **values: object) -> str:
-    return _environment().get_template(template).render(**values)
+    return File(name, text, digest(counted, header, *flags))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ldc.backends.c import gcc
 from ldc.components import host, toolchain
-from ldc.components.address_map import AddressMap, Symbol, macro_of, of_symbols
+from ldc.components.address_map import AddressMap, global_symbol, nameable, of_symbols
 from ldc.components.find import own_files
 from ldc.components.header import file_name
 from ldc.components.project import Native
@@ -19,7 +19,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.il.block import Block
 from ldc.il.external import Binding
 from ldc.symbols import Variable
-from ldc.types import Array, Elementary, Enum, Subrange
+from ldc.types import Array
 
 _TOOLS = toolchain.ARM_GCC, toolchain.ARM_GXX
 _FLAGS = ("-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
@@ -56,19 +56,11 @@ def memory_of_slave(processor: str) -> AddressMap:
 def memory_of(block: Block, globals_: Iterable[Variable], processor: str = "master") -> AddressMap:
     """The globals that C can name, each at its place in the block of the image."""
     symbols = []
-    for v in globals_:
-        element = v.type
-        while isinstance(element, Array):
-            element = element.element
-        if not isinstance(element, Elementary | Enum | Subrange):
-            continue
+    for v, element in nameable(globals_):
         spot = block.variable(v.name, v)
         if spot.bit is not None and isinstance(v.type, Array):
             continue  # C has no pointers to bits
-        fixed = v.constant or v.location is not None and v.location.area == "I"
-        macro = macro_of(element)
-        symbols.append(Symbol(v.name, macro, v.type, macro[-1], spot.offset, spot.bit,
-                              frozenset(() if fixed else ("master",)), frozenset(("master",))))
+        symbols.append(global_symbol(v, element, spot.offset, spot.bit))
     return of_symbols(processor, symbols, base="ldc_block")
 
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
-
-import jinja2
 
 from ldc.backends.c import emit
 from ldc.backends.c.emit import BuildPlan, File
 from ldc.backends.firmware import components, remote
 from ldc.backends.firmware.board import Board, Region
 from ldc.backends.firmware.components import Part
+from ldc.backends.room import Room, digest
 from ldc.components.project import Native
 from ldc.il import changes
 from ldc.il.block import Block, Spot
@@ -26,7 +22,7 @@ FLAGS = ("-std=c11", "-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=of
          "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
 TASKS_MOST = 64
 _SYSTICK = 1 << 24
-_ROOM = files("ldc.backends.firmware")
+_ROOM = Room("ldc.backends.firmware")
 _RUNTIME = ("scan.c", "live.c", "system.c")
 _RETAIN = ("retain.c", "p_handshake.c")
 _LINK = ("link.c", "p_handshake.c")
@@ -86,22 +82,22 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
         own.append(("bind.c", components.bind(len(natives))))
     shared = remote.windows(board, remotes) if remotes else {}
     if remotes:
-        own += [*((name, _read(name)) for name in _LINK if name not in dict(own)),
+        own += [*((name, _ROOM.read(name)) for name in _LINK if name not in dict(own)),
                 ("remotes.c", remote.tables(remotes, False))]
     own += _board(board, shared, slave=False, components=bool(natives))
     own += further
-    more = {"places.h": _render("places.h.j2", places=list(_places(memory)))} if board.sources else {}
+    more = {"places.h": _ROOM.render("places.h.j2", places=list(_places(memory)))} if board.sources else {}
     master = _image("master", board, board.flash, board.ram, (code.header, code.files), own, parts, flags,
                     shared, more)
     images = (master,)
     if remotes:
-        own = [*((name, _read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
+        own = [*((name, _ROOM.read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
                *_board(board, shared, slave=True, components=False)]
         images += (_image("slave1", board, board.second.flash, board.second.ram, (code.header, ()), own,
                           remote_parts, (*flags, "-DLDC_SLAVE"), shared),)
-    digest = _digest(*(image.script for image in images),
+    whole = digest(*(image.script for image in images),
                      *(f"{file.name} {file.digest}" for image in images for file in image.files))
-    return FirmwarePlan(board, code, images, digest)
+    return FirmwarePlan(board, code, images, whole)
 
 
 def _plant(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan]) -> Iterable[tuple[str, str]]:
@@ -110,13 +106,13 @@ def _plant(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan]) 
     rows = [{"name": t.name, "interval": t.interval, "watchdog": t.watchdog, "runs": t.runs,
              "safe": tuple(changes.words(t.safe)), "single": _single(t.single)} for t in tasks]
     kept = [(offset, size) for _, offset, size, _ in retained(memory)]
-    key = int(_digest(*(f"{path} {size} {type_}" for path, _, size, type_ in retained(memory)))[:8], 16)
-    yield "plant.c", _render("plant.c.j2", title=memory.program.name or "program", size=memory.size,
+    key = int(digest(*(f"{path} {size} {type_}" for path, _, size, type_ in retained(memory)))[:8], 16)
+    yield "plant.c", _ROOM.render("plant.c.j2", title=memory.program.name or "program", size=memory.size,
                              period=period, reload=reload, ticks=ticks, tasks=rows,
                              initial=tuple(changes.from_zero(bytes(memory.initial()))), ranges=kept,
                              key=key, words=3 + -(-sum(size for _, size in kept) // 4))
     for name in (*_RUNTIME, *(_RETAIN if kept else ()), *(("job.c",) if board.qemu is not None else ())):
-        yield name, _read(name)
+        yield name, _ROOM.read(name)
 
 
 def _places(memory: Block) -> Iterator[tuple[str, str, int, int | None]]:
@@ -148,19 +144,21 @@ def retained(memory: Block) -> list[tuple[str, int, int, str]]:
 
 def _board(board: Board, shared: Mapping[str, int], slave: bool, components: bool) -> list[tuple[str, str]]:
     name = f"uart_{board.uart.kind}.c"
-    startup = _render("startup.c.j2", board=board, slave=slave, second=bool(shared), components=components)
-    return [("startup.c", startup), (name, _read(name))]
+    startup = _ROOM.render("startup.c.j2", board=board, slave=slave, second=bool(shared),
+                           components=components)
+    return [("startup.c", startup), (name, _ROOM.read(name))]
 
 
 def _image(processor: str, board: Board, flash: Region, ram: Region, code: tuple[str, tuple[File, ...]],
            own: Iterable[tuple[str, str]], parts: Sequence[Part], flags: tuple[str, ...],
            shared: Mapping[str, int], more: Mapping[str, str] = {}) -> Image:
-    headers = {emit.HEADER: code[0], "board.h": _render("board.h.j2", board=board, ram=ram, shared=shared)}
-    headers |= {name: _read(name) for name in _HEADERS} | more
+    headers = {emit.HEADER: code[0],
+               "board.h": _ROOM.render("board.h.j2", board=board, ram=ram, shared=shared)}
+    headers |= {name: _ROOM.read(name) for name in _HEADERS} | more
     common = "\0".join((*headers.values(), *flags))
-    made = [File(name, text, _digest(name, text, common)) for name, text in own]
+    made = [File(name, text, digest(name, text, common)) for name, text in own]
     return Image(processor, (*code[1], *made), tuple(parts), headers, flags,
-                 _render("linker.ld.j2", board=board, flash=flash, ram=ram), flash, ram)
+                 _ROOM.render("linker.ld.j2", board=board, flash=flash, ram=ram), flash, ram)
 
 
 def systick(clock_hz: int, period: int) -> tuple[int, int]:
@@ -175,23 +173,3 @@ def _single(spot: Spot | None) -> tuple[int, int]:
     if spot is None:
         return 0, 0
     return spot.offset, 0xFF if spot.bit is None else 1 << spot.bit
-
-
-def _digest(*texts: str) -> str:
-    return hashlib.sha256("\0".join(texts).encode()).hexdigest()
-
-
-@cache
-def _read(name: str) -> str:
-    return (_ROOM / "runtime" / name).read_text(encoding="utf-8")
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    loader = jinja2.FunctionLoader(lambda name: (_ROOM / "templates" / name).read_text())
-    return jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-                              undefined=jinja2.StrictUndefined, autoescape=False)
-
-
-def _render(template: str, **values: object) -> str:
-    return _environment().get_template(template).render(**values)
