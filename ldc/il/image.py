@@ -8,8 +8,11 @@ instruction comes from.
 
 from __future__ import annotations
 
+import gc
 import hashlib
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
 
 import msgspec
 
@@ -51,16 +54,35 @@ def build(program: Program, previous: Layout | None = None) -> Image:
 
 def load(data: bytes) -> Image:
     """Reads what ``build`` wrote. Raises BadImage when the bytes are something else."""
+    with _parts(data) as (core, notes):
+        reader = _Reader(msgspec.msgpack.decode(core), msgspec.msgpack.decode(notes))
+        return Image(reader.program(), reader.layout(), hashlib.sha256(core).hexdigest(), data)
+
+
+def layout_of(data: bytes) -> Layout:
+    """Where the symbols of an image lie, without reading its code. Raises BadImage."""
+    with _parts(data) as (core, _):
+        return _Reader(msgspec.msgpack.decode(core), [[], [], ""]).layout()
+
+
+@contextmanager
+def _parts(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """``core`` and ``notes``; what goes wrong with them inside becomes BadImage. The collector rests: what is
+    read is acyclic, and walking it again and again takes longer than reading it."""
     if data[:4] != MAGIC:
         raise BadImage("this is no ldc image: it does not begin with LDCI")
+    collects = gc.isenabled()
+    gc.disable()
     try:
         version, core, notes = msgspec.msgpack.decode(data[4:])
         if version != FORMAT:
             raise BadImage(f"this image has format {version}; this ldc reads format {FORMAT}")
-        program, layout = _Reader(msgspec.msgpack.decode(core), msgspec.msgpack.decode(notes)).image()
+        yield core, notes
     except (msgspec.DecodeError, TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
         raise error if isinstance(error, BadImage) else BadImage(f"the image is damaged: {error}") from None
-    return Image(program, layout, hashlib.sha256(core).hexdigest(), data)
+    finally:
+        if collects:
+            gc.enable()
 
 
 class _Writer:
@@ -159,12 +181,13 @@ class _Reader:
         self.core, self.notes = core, notes
         self.files = [SourceFile(path, text) for path, text in notes[1]]
         self.types: list[Type] = []
+        self.places: dict[tuple, Place] = {}
         for row in core[0]:
             self.types.append(self._type(row))
 
-    def image(self) -> tuple[Program, Layout]:
-        _, types, globals_, units, resources, safe, symbols, size, layout_hash = self.core
-        program = Program(
+    def program(self) -> Program:
+        _, types, globals_, units, resources, safe, *_ = self.core
+        return Program(
             tuple(self.unit(u, n) for u, n in zip(units, self.notes[0], strict=True)),
             tuple(self.types[t] for t in types), tuple(self.variable(v) for v in globals_),
             tuple(Resource(
@@ -172,11 +195,14 @@ class _Reader:
                 tuple(Task(t[0], t[1], t[2], None if t[3] is None else self.place(t[3]), t[4]) for t in tasks),
                 tuple(Run(*run) for run in runs)) for rname, processor, tasks, runs in resources),
             tuple((path, value) for path, value in safe), self.notes[2])
+
+    def layout(self) -> Layout:
+        symbols, size, layout_hash = self.core[6:]
         rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in symbols)
         layout = Layout(rows, size)
         if layout.digest != layout_hash:
             raise BadImage("the image is damaged: its symbols do not match their hash")
-        return program, layout
+        return layout
 
     def _type(self, row: list) -> Type:
         match row:
@@ -212,24 +238,35 @@ class _Reader:
     def rung(self, row: list, notes: list) -> RungCode:
         key, label, name, code = row
         title, proof, span, places = notes
-        return RungCode(key, tuple(replace(self.instr(i), element=element, span=self.span(at))
-                                   for i, (element, at) in zip(code, places, strict=True)),
+        return RungCode(key, tuple([self.instr(i, element, self.span(at))
+                                    for i, (element, at) in zip(code, places, strict=True)]),
                         label, title, name, proof, self.span(span))
 
     def span(self, row: list | None) -> Span | None:
         return None if row is None else Span(self.files[row[0]], row[1], row[2])
 
-    def instr(self, row: list) -> Instr:
-        name, args, outputs = row[3:] or ("", (), ())
-        return Instr(OPCODES[row[0]], None if row[2] is None else self.operand(row[2]), self.types[row[1]], name,
-                     tuple(self.operand(a) for a in args), tuple((n, self.place(p)) for n, p in outputs))
+    def instr(self, row: list, element: int, span: Span | None) -> Instr:
+        op, type_, operand, *more = row
+        operand = None if operand is None else self.operand(operand)
+        if not more:
+            return Instr(OPCODES[op], operand, self.types[type_], element=element, span=span)
+        name, args, outputs = more
+        return Instr(OPCODES[op], operand, self.types[type_], name, tuple(self.operand(a) for a in args),
+                     tuple((n, self.place(p)) for n, p in outputs), element, span)
 
     def operand(self, row: list) -> Operand:
         return Const(row[1], self.types[row[0]]) if len(row) == 2 else self.place(row)
 
     def place(self, row: list) -> Place:
-        steps = tuple(self.step(s) for s in row[3]) if len(row) > 3 else ()
-        return Place(row[1], self.types[row[0]], steps, row[2])
+        if len(row) > 3:
+            return Place(row[1], self.types[row[0]], tuple(self.step(s) for s in row[3]), row[2])
+        # Most instructions name one of a few variables: one object for each is enough.
+        key = tuple(row)
+        found = self.places.get(key)
+        if found is None:
+            type_, root, is_global = row
+            found = self.places[key] = Place(root, self.types[type_], (), is_global)
+        return found
 
     def step(self, row: object) -> Step:
         if isinstance(row, str):
