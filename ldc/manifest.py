@@ -6,6 +6,8 @@
 [memory]      image_bytes (of each of %I, %Q and %M)
 [safe]        output = value that it takes after a fault
 [run]         period, watch, inputs
+
+The tables of how modules work together are in `ldc/coordination.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
+from ldc import coordination
 from ldc.components.find import in_folder
+from ldc.coordination import CoordinationSettings
 from ldc.diagnostics import Diagnostics
 from ldc.durations import parse_duration
 from ldc.model.settings import Settings, TaskSetting
@@ -80,14 +84,15 @@ class Manifest:
     period: int | None
     watch: tuple[str, ...]
     inputs: str | None
-    spans: dict[tuple[str, ...], Entry] = field(repr=False)
+    coordination: CoordinationSettings
+    spans: dict[tuple[str | int, ...], Entry] = field(repr=False)
 
     @property
     def settings(self) -> Settings:
         """What the model needs to know."""
         return Settings(image_bytes=self.image_bytes, tasks=self.tasks, modules=self.modules, safe=self.safe)
 
-    def value_span(self, *path: str) -> Span | None:
+    def value_span(self, *path: str | int) -> Span | None:
         entry = self.spans.get(path)
         return entry.value if entry else None
 
@@ -166,7 +171,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         return None
     before = len(diagnostics)
     tables = Tables(source, data, diagnostics)
-    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run"))
+    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run", *coordination.SECTIONS))
     project = tables.table(("project",), ProjectTable)
     memory = tables.table(("memory",), MemoryTable)
     run = tables.table(("run",), RunTable)
@@ -179,6 +184,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     }
     tasks = tuple(_task(name, tables, processors) for name in tables.mapping("tasks"))
     period = _duration(tables, ("run", "period"), run.period) if run.period else None
+    together = coordination.read(tables, _duration)
     _check_modules(tables, project.modules)
     _check_processors(tables, processors)
     if len(diagnostics) > before:
@@ -197,6 +203,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         period,
         run.watch,
         run.inputs,
+        together,
         tables.spans,
     )
 

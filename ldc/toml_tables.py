@@ -49,7 +49,7 @@ class Tables:
         """The table at `path` as a `kind`; all defaults when it is not there."""
         data: Any = self._data
         for key in path:
-            data = data.get(key, {})
+            data = data.get(key, {}) if isinstance(data, dict) else data
         if not isinstance(data, dict):
             self.wrong(path, f"`{_dotted(path)}` must be a table", f"write [{_dotted(path)}] on a line of its own")
             return kind()
@@ -63,14 +63,19 @@ class Tables:
         if not isinstance(data, list):
             self.wrong(path, f"`{_dotted(path)}` must be a list of tables", "write [{ name = ..., type = ... }]")
             return ()
-        found = []
-        for number, item in enumerate(data):
-            if isinstance(item, dict):
-                found.append(self._checked((*path, number), item, kind))
-            else:
-                self.wrong((*path, number), f"an item of `{_dotted(path)}` must be a table",
-                           "write { name = ..., type = ... }")
-        return tuple(found)
+        found = (self.record((*path, number), item, kind) for number, item in enumerate(data))
+        return tuple(item for item in found if item is not None)
+
+    def record(self, path: Path, item: Any, kind: type[T]) -> T | None:
+        """An item of a list, at `path`, as a `kind`; None when it is no table."""
+        if isinstance(item, dict):
+            return self._checked(path, item, kind)
+        self.wrong(path, f"an item of `{_dotted(path)}` must be a table", "write { name = ..., type = ... }")
+        return None
+
+    def has(self, section: str) -> bool:
+        """Whether the file has the section, empty or not."""
+        return section in self._data
 
     def _checked(self, path: Path, data: Mapping[str, Any], kind: type[T]) -> T:
         fields = {f.encode_name: f for f in msgspec.structs.fields(kind)}
@@ -81,7 +86,7 @@ class Tables:
                 name in fields
                 and (checked := self.value((*path, name), value, fields[name].type)) is not None
             ):
-                good[name] = checked
+                good[fields[name].name] = checked
         return kind(**good)
 
     def mapping(self, section: str) -> dict[str, Any]:

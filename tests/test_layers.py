@@ -31,14 +31,15 @@ MAY_IMPORT: dict[str, set[str]] = {
     **{package: BASE | set(COMPILER[:index]) for index, package in enumerate(COMPILER)},
     "ldc.components": BASE | FILES | set(COMPILER[:5]),
     "ldc.backends": BASE | FILES | {"ldc.library", "ldc.il", "ldc.components"},
-    "ldc.manifest": BASE | FILES | {"ldc.parser", "ldc.model", "ldc.components"},
+    "ldc.coordination": BASE | FILES,
+    "ldc.manifest": BASE | FILES | {"ldc.parser", "ldc.model", "ldc.components", "ldc.coordination"},
     "ldc.pipeline": BASE | FILES | set(COMPILER) | {"ldc.manifest"},
     "ldc.draw": BASE | {"ldc.library", "ldc.parser"},
     "ldc.export": BASE | {"ldc.durations", "ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.draw"},
     "ldc.cli": BASE
     | FILES
     | set(COMPILER)
-    | {"ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.export", "ldc.render", "ldc.reports", "runtime"},
+    | {"ldc.coordination", "ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.export", "ldc.render", "ldc.reports", "runtime"},
     "runtime": BASE | {"ldc.library", "ldc.il"},
 }
 INSIDE_RUNTIME = {"runtime.protocol": {"ldc.il.areas"}, "runtime.processors": {"runtime.protocol"}}
