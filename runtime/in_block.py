@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from ldc.il import block
@@ -13,6 +14,9 @@ from runtime.layout import Layout, Root, lay_out, slot
 from runtime.symbols import Symbol
 
 FIRST_SCAN = 16
+
+_FAR = 1 << 14
+"""Bytes up to which looking at all between two variables is quicker than reading each."""
 
 
 @dataclass(slots=True, eq=False)
@@ -66,6 +70,26 @@ class InBlock(machine.Machine):
 
     def assign(self, symbol: Symbol, value: object) -> None:
         block.write(self.memory, self.spot(symbol), value)
+
+    def reader(self, symbols: Iterable[Symbol]) -> Callable[[], tuple]:
+        """Values are made anew only when a byte between the first and the last of them has changed."""
+        wanted, memory = tuple(symbols), self.memory
+        spots = [self.spot(s) for s in wanted]
+        begin = min((spot.offset for spot in spots), default=0)
+        end = max((spot.offset + self.plan.measure(spot.type) for spot in spots), default=0)
+        if end - begin > _FAR:
+            return machine.Machine.reader(self, wanted)
+        before: bytes | None = None
+        values: tuple = ()
+
+        def sample() -> tuple:
+            nonlocal before, values
+            now = memory[begin:end].tobytes()
+            if now != before:
+                before, values = now, tuple(map(self.value, wanted))
+            return values
+
+        return sample
 
     def _capture(self) -> object:
         return bytes(self.memory)

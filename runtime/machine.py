@@ -17,6 +17,7 @@ from ldc.types import Type
 from runtime import checksum
 from runtime.faults import Fault, describe
 from runtime.faults import Place as CodePlace
+from runtime.forces import Forces
 from runtime.layout import Layout
 from runtime.outputs import Safe, declared_safe, safe_states
 from runtime.symbols import Symbol, Symbols, UnknownSymbol
@@ -69,6 +70,7 @@ class Machine:
     scans: int = field(default=0, kw_only=True)
     now_ns: int = field(default=0, kw_only=True)
     faults: list[Fault] = field(default_factory=list, kw_only=True)
+    forces: Forces = field(init=False, repr=False)
     layout: Layout = field(init=False, repr=False)
     symbols: Symbols = field(init=False, repr=False)
     schedules: list[Schedule] = field(init=False, repr=False)
@@ -80,6 +82,7 @@ class Machine:
     def __post_init__(self) -> None:
         self.layout = self._load()
         self.symbols = Symbols(self.layout)
+        self.forces = Forces(self)
         self._late, self._safe = [], []
         self._declared = declared_safe(self.program, self.symbols)
         part = self.program.resources[self.resource]
@@ -189,6 +192,16 @@ class Machine:
         """The machine's own values of some symbols, now."""
         return [self.value(symbol) for symbol in symbols]
 
+    def reader(self, symbols: Iterable[Symbol]) -> Callable[[], tuple]:
+        """``sample`` for those who ask again and again: a function of no arguments; equal tuples, equal
+        values."""
+        wanted = tuple(symbols)
+        return lambda: tuple(map(self.value, wanted))
+
+    def safe_values(self, runs: Iterable[int]) -> list[tuple[Symbol, object]]:
+        """The outputs that some program instances (by number) write, each with its safe value."""
+        return safe_states(self._declared, self.layout, self.symbols, tuple(runs))
+
     def outputs(self) -> Mapping[str, object]:
         """Address or path and value of every located output, as the last scan left them."""
         return {s.path: outward(self.value(s), s.type) for s in self.symbols.located("Q")}
@@ -201,7 +214,10 @@ class Machine:
 
     def scan(self) -> None:
         """One scan. A fault stops its task and is added to ``faults``; the others go on."""
-        self._latch()
+        if self.forces.rows:
+            self.forces.latch(self._latch)
+        else:
+            self._latch()
         for schedule in self.schedules if self._always else self.due():
             if not schedule.stopped:
                 self._execute(schedule)
@@ -209,13 +225,15 @@ class Machine:
 
     def begin(self) -> list[Schedule]:
         """The first part of a scan for those who execute tasks themselves: latches, tells what is due."""
-        self._latch()
+        self.latch()
         return [s for s in (self.schedules if self._always else self.due()) if not s.stopped]
 
     def end(self) -> None:
         """The last part of a scan."""
         for symbol, value in self._safe:
             self.assign(symbol, value)
+        if self.forces.rows:
+            self.forces.hold()
         if not self.scans:
             self._first_scan_done()
         self.scans += 1
@@ -256,12 +274,16 @@ class Machine:
     # ---- between two scans (DESIGN section 7) ------------------------------------------------------
 
     def latch(self) -> None:
-        """Inputs that were written become visible now: no code runs before the next scan begins."""
-        self._latch()
+        """Inputs that were written become visible now, forced ones as they are forced: no code runs before
+        the next scan begins."""
+        if self.forces.rows:
+            self.forces.latch(self._latch)
+        else:
+            self._latch()
 
     def checkpoint(self) -> Checkpoint:
         """The state between two scans, with the inputs that were written."""
-        self._latch()
+        self.latch()
         schedules = tuple((s.due, s.single_before, s.stopped) for s in self.schedules)
         return Checkpoint(self._capture(), schedules, self.scans, self.now_ns, tuple(self.faults),
                           tuple(self._safe))
@@ -280,10 +302,11 @@ class Machine:
     def take_over(self, other: Machine) -> None:
         """Goes on where another machine stands between two scans; variables were copied before.
 
-        Tasks of the same name keep when they are due and whether they are stopped. A further task is due at
+        Forces go on by their paths. Tasks of the same name keep when they are due and whether they are stopped. A further task is due at
         the next multiple of its interval; its SINGLE shows no edge in the first scan.
         """
         self.scans, self.now_ns = other.scans, other.now_ns
+        self.forces = other.forces.follow(self)
         self.faults[:] = other.faults
         if self.scans:
             self._first_scan_done()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from operator import attrgetter, itemgetter
 
 from ldc.il.external import Binding
 from runtime import machine
 from runtime.faults import FAULTS
-from runtime.layout import FIRST_SCAN, NOW, Layout
+from runtime.layout import FIRST_SCAN, NOW, Cell, Layout
 from runtime.machine import Schedule
 from runtime.symbols import Symbol, is_cell
 from runtime.vm import memory
@@ -38,6 +39,19 @@ class Machine(machine.Machine):
 
     def assign(self, symbol: Symbol, value: object) -> None:
         memory.put(self._namespace, symbol, value)
+
+    def reader(self, symbols: Iterable[Symbol]) -> Callable[[], tuple]:
+        wanted, namespace = tuple(symbols), self._namespace
+        homes = {s.home for s in wanted}
+        if len(wanted) > 1 and all(map(is_cell, wanted)):
+            cells = itemgetter(*(s.home.name for s in wanted))
+            return lambda: cells(namespace)
+        members = all(s.bit is None and s.keys and all(isinstance(k, str) for k in s.keys) for s in wanted)
+        if len(wanted) > 1 and len(homes) == 1 and members and isinstance(wanted[0].home, Cell):
+            # Of one instance. It is another object after a state was put back, so its cell is read each time.
+            name, pins = wanted[0].home.name, attrgetter(*(".".join(s.keys) for s in wanted))
+            return lambda: pins(namespace[name])
+        return machine.Machine.reader(self, wanted)
 
     def put(self, symbol: Symbol, value: object) -> None:
         if symbol.area == "I" and is_cell(symbol):
