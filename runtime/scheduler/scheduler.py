@@ -1,0 +1,264 @@
+"""The scheduler: several processors on one line of virtual time, four levels each (SPEC 6.1, rules R1 to R4).
+
+Pure: it knows no clock, only the times that ``run`` is given; the same threads and events give the same log.
+Things of one instant go in this order: pieces end, periods begin, then the processors take turns by index, each until it
+is busy or has nothing to do. Two threads that cost nothing and raise each other for ever never let time go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass, field
+from heapq import heappop, heappush, heapreplace
+from operator import length_hint
+
+from runtime.scheduler.thread import Entry, Thread
+
+SHARE = (3, 10)
+"""The part of the slack of a scan that customised threads may take (R4)."""
+
+OVERRUNS = 3
+"""Periods missed since the last execution that ended in time, at which the watchdog comes (R3)."""
+
+_END, _PERIOD = 0, 1
+
+
+@dataclass(slots=True, eq=False)
+class _Processor:
+    """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those it
+    pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread after which ``customised`` go on."""
+
+    index: int
+    threads: dict[str, Thread]
+    ready: list[tuple[int, int, int, Thread]] = field(default_factory=list)
+    stack: list[Thread] = field(default_factory=list)
+    busy: bool = False
+    scan: Thread | None = None
+    customised: tuple[Thread, ...] = ()
+
+
+class Scheduler:
+    """``processors``: the threads of each, in the order of their ids; names are unique on a processor.
+    ``log``: anything that entries are appended to; None: nothing is noted. ``now_ns``: the time."""
+
+    def __init__(self, processors: Sequence[Sequence[Thread]], log: MutableSequence[Entry] | None = None) -> None:
+        self.now_ns = 0
+        self.log = log
+        self._agenda: list[tuple] = []
+        self._turns = 0
+        self._processors = [self._processor(n, threads) for n, threads in enumerate(processors)]
+
+    def _processor(self, index: int, threads: Sequence[Thread]) -> _Processor:
+        made = _Processor(index, {thread.name: thread for thread in threads})
+        if len(made.threads) < len(threads):
+            raise ValueError(f"processor {index}: two threads of one name")
+        made.scan = next((t for t in threads if t.kind == "control"), None)
+        made.customised = tuple(t for t in threads if t.kind == "customised")
+        ids = {thread.name: n for n, thread in enumerate(threads)}
+        by_period = sorted(threads, key=lambda t: (t.period_ns is None, t.period_ns or 0, ids[t.name]))
+        for number, thread in enumerate(by_period):
+            thread.number = number
+            if thread.period_ns is not None:
+                thread.due = thread.offset_ns
+                heappush(self._agenda, (thread.due, _PERIOD, index, number, thread, made))
+        return made
+
+    def thread(self, processor: int, name: str) -> Thread:
+        """A thread by its name. Raises KeyError."""
+        return self._processors[processor].threads[name]
+
+    @property
+    def next_ns(self) -> int | None:
+        """When something happens next; None: never, unless an event comes."""
+        return self.now_ns if self._turns else self._agenda[0][0] if self._agenda else None
+
+    # ---- activation ------------------------------------------------------------------------------
+
+    def raise_event(self, processor: int, thread: str) -> None:
+        """Activates a thread now. While it is active already, one further activation waits, others are lost
+        and counted. Raises KeyError, and ValueError for a customised thread."""
+        on = self._processors[processor]
+        wanted = on.threads[thread]
+        if wanted.kind == "customised":
+            raise ValueError(f"thread {thread} follows the scan, it takes no events")
+        if not wanted.active:
+            self._activate(on, wanted, self.now_ns)
+        elif wanted.pending is None:
+            wanted.pending = self.now_ns
+        else:
+            wanted.counts.lost += 1
+            self._note(on, wanted, "lost")
+
+    def release(self, processor: int, thread: str) -> None:
+        """What a period does, for threads whose periods somebody else counts: activates the thread, or notes
+        that it missed a period. Raises KeyError."""
+        on = self._processors[processor]
+        self._released(on, on.threads[thread])
+
+    def _released(self, on: _Processor, thread: Thread) -> None:
+        if not thread.active:
+            self._activate(on, thread, self.now_ns)
+        elif thread.released < self.now_ns:
+            counts = thread.counts
+            if not thread.late:
+                thread.late = True
+                counts.overruns += 1
+                self._note(on, thread, "overrun")
+            counts.missed += 1
+            self._note(on, thread, "missed")
+            thread.streak += 1
+            if thread.streak == OVERRUNS:
+                thread.streak = 0
+                counts.watchdogs += 1
+                self._note(on, thread, "watchdog")
+                if thread.on_watchdog is not None:
+                    thread.on_watchdog(self.now_ns)
+
+    def _activate(self, on: _Processor, thread: Thread, since: int) -> None:
+        thread.active = True
+        if not thread.paused:
+            thread.released = since
+        heappush(on.ready, (thread.order, self.now_ns, thread.number, thread))
+        self._turns |= 1 << on.index
+
+    # ---- time ------------------------------------------------------------------------------------
+
+    def run(self, until_ns: int) -> None:
+        """All that happens before ``until_ns``; that is the time afterwards."""
+        agenda, processors = self._agenda, self._processors
+        while True:
+            if not self._turns or self.now_ns >= until_ns:
+                if not agenda or agenda[0][0] >= until_ns:
+                    break
+                self.now_ns = agenda[0][0]
+            now = self.now_ns
+            while agenda and agenda[0][0] == now:
+                item = agenda[0]
+                on = item[5]
+                if item[1] == _PERIOD:
+                    thread = item[4]
+                    thread.due = now + thread.period_ns
+                    heapreplace(agenda, (thread.due, _PERIOD, item[2], item[3], thread, on))
+                    if thread.active:
+                        self._released(on, thread)
+                    else:
+                        self._activate(on, thread, now)
+                else:
+                    heappop(agenda)
+                    on.busy = False
+                    self._turns |= 1 << on.index
+                    self._end_if_through(on)
+            while self._turns:
+                lowest = self._turns & -self._turns
+                self._turns ^= lowest
+                on = processors[lowest.bit_length() - 1]
+                if not on.busy:
+                    self._turn(on)
+        self.now_ns = max(self.now_ns, until_ns)
+
+    def _turn(self, on: _Processor) -> None:
+        """The processor goes on until it is busy or has nothing to do."""
+        ready, stack, now = on.ready, on.stack, self.now_ns
+        while True:
+            if stack:
+                thread = stack[-1]
+                if thread.left <= 0 and thread.kind == "customised":
+                    if not self._end_if_through(on):
+                        self._pause(on, thread)
+                    continue
+                if ready and ready[0][3].urgency < thread.urgency:
+                    if self._end_if_through(on):
+                        continue
+                    if not thread.halted:
+                        thread.halted = True
+                        thread.counts.preemptions += 1
+                        self._note(on, thread, "preempted")
+                    self._begin(on, heappop(ready)[3])
+                    continue
+                if thread.halted:
+                    thread.halted = False
+                    self._note(on, thread, "resumed")
+                cost = next(thread.pieces, None)
+                if cost is None:
+                    self._ended(on, stack.pop())
+                elif cost:
+                    if cost < 0:
+                        raise ValueError(f"thread {thread.name}: a piece costs {cost} ns")
+                    thread.counts.busy += cost
+                    thread.left -= cost
+                    on.busy = True
+                    heappush(self._agenda, (now + cost, _END, on.index, 0, thread, on))
+                    return
+            elif ready:
+                self._begin(on, heappop(ready)[3])
+            else:
+                return
+
+    def _begin(self, on: _Processor, thread: Thread) -> None:
+        if thread.paused:
+            thread.paused = False
+            self._note(on, thread, "resumed")
+            on.stack.append(thread)
+            return
+        counts, now = thread.counts, self.now_ns
+        delay = now - thread.released
+        if counts.least_delay is None or delay < counts.least_delay:
+            counts.least_delay = delay
+        if delay > counts.most_delay:
+            counts.most_delay = delay
+        if self.log is not None:
+            self._note(on, thread, "began")
+        thread.pieces = thread.work(now)
+        if thread.pieces is None:
+            self._ended(on, thread)
+        else:
+            on.stack.append(thread)
+
+    def _end_if_through(self, on: _Processor) -> bool:
+        """Ends the thread in execution when its iterator tells that it has no piece more."""
+        if length_hint(on.stack[-1].pieces, 1):
+            return False
+        self._ended(on, on.stack.pop())
+        return True
+
+    def _pause(self, on: _Processor, thread: Thread) -> None:
+        on.stack.pop()
+        thread.paused, thread.active = True, False
+        self._note(on, thread, "paused")
+
+    def _ended(self, on: _Processor, thread: Thread) -> None:
+        counts, now = thread.counts, self.now_ns
+        response = now - thread.released
+        counts.executions += 1
+        counts.response += response
+        if response > counts.worst:
+            counts.worst = response
+        thread.active, thread.pieces = False, None
+        if not thread.late:
+            thread.streak = 0
+        thread.late = False
+        if self.log is not None:
+            self._note(on, thread, "ended")
+        if thread.pending is not None:
+            since, thread.pending = thread.pending, None
+            self._activate(on, thread, since)
+        if thread is on.scan:
+            for follower in on.customised:
+                self._grant(on, thread, follower)
+
+    def _grant(self, on: _Processor, scan: Thread, follower: Thread) -> None:
+        """The budget of a customised thread for the rest of this scan. What its last piece took too much in
+        earlier scans is taken off."""
+        granted = follower.budget_ns
+        if scan.due is not None:
+            share = (scan.due - self.now_ns) * SHARE[0] // SHARE[1]
+            granted = share if granted is None else min(share, granted)
+        if granted is None:
+            raise ValueError(f"thread {follower.name}: neither it has a budget nor {scan.name} a period")
+        follower.left = min(follower.left, 0) + granted
+        if follower.left > 0 and not follower.active:
+            self._activate(on, follower, self.now_ns)
+
+    def _note(self, on: _Processor, thread: Thread, what: str) -> None:
+        if self.log is not None:
+            self.log.append(Entry(self.now_ns, on.index, thread.name, what))
