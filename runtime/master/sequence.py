@@ -1,41 +1,38 @@
-"""L, the customised program: a sequence of modules that the customised thread executes (SPEC 4, docs/messages.md).
+"""L, the customised program: the sequence of modules that the customised thread executes (SPEC 4,
+docs/messages.md).
 
-The program lies in ACPDD as frames, words that the customised thread reads, in one of two buffers. For each
-step it offers the frame (``cb`` := 1); the control thread copies the parameters to LCD, sets the start bit and
-confirms (``ca`` := 1); cb := 0; ca := 0. Then the customised thread waits until the module has ended.
+The program lies in ACPDD as frames (``frames.py``), in one of two buffers. For each step the customised thread
+offers its frame (``cb`` := 1); the control thread copies the parameters to LCD, sets the start bit and confirms
+(``ca`` := 1); cb := 0; ca := 0. Then the customised thread waits until the module has ended.
 
 A new program goes into the other buffer. The control thread makes it the active one at a boundary: while no
-step is offered or runs. What remains of a cycle then follows the module that ended last (``following``).
-
-ACPDD: 8 words of state, then the buffers. A buffer: generation, number of steps, words, CRC of the rest; then
-the frames: module | parameters << 8 | when << 16 | until << 24, and for each parameter its address in LCD | words
-<< 16 and the words themselves. ``when`` and ``until`` are places in the table of conditions, from 1. What the
-real L does beyond this is not known: it is only cited in the papers.
+step is offered or runs. What remains of the cycle then follows the module that ended last. State is in words
+of ACPDD, so it survives a change of the master's program. What the real L does beyond this is not known: the
+papers only cite it.
 """
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import IntEnum
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Sequence
-from runtime.protocol.envelope import crc16
+from runtime.master.frames import Frame, buffer, conditions, following, frames, parsed
 from runtime.protocol.memory import Memory, bit
 
-_ACTIVE, _SEEN, _PHASE, _STEP, _ENDED, _MODULE, _CYCLES, _STAGED = range(0, 32, 4)
-_STATE = 32
-_HEAD = 16
-_WORD = struct.Struct("<I")
+_ACTIVE, _SEEN, _PHASE, _STEP, _MODULE, _CYCLES, _STAGED = (areas()["ACPDD"].base + at for at in range(0, 28, 4))
+_CB, _CA = (bit(areas()["ACPF"].base + at) for at in (0, 32))
 
 Reader = Callable[[], bool]
+Readers = Callable[[str], Reader]
 
 
 class Phase(IntEnum):
     """Of the customised thread. IDLE: no cycle runs; NEXT: the next step waits for its condition; OFFERED: the
-    control thread has to take it; RUNNING: its module is in work; DONE: without ``repeat``, the one cycle is
-    over and ``start`` has to fall."""
+    control thread has to take it; RUNNING: its module is in work; DONE: without ``repeat``, the cycle is over
+    and ``start`` has to fall."""
 
     IDLE = 0
     NEXT = 1
@@ -48,56 +45,187 @@ BOUNDARY = (Phase.IDLE, Phase.NEXT, Phase.DONE)
 """When a new program may become the active one."""
 
 
-class TooLong(ValueError):
-    """A program does not fit a buffer of ACPDD, or has more than 255 conditions."""
+@dataclass(frozen=True, slots=True)
+class Started:
+    """The control thread has taken a step: the start bit of ``module`` and the words at ``addresses`` in LCD
+    were written."""
+
+    module: int
+    addresses: tuple[int, ...]
 
 
-def room() -> int:
-    """Bytes of a buffer."""
-    return (areas()["ACPDD"].size - _STATE) // 2 & ~3
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """The program of that generation is the active one."""
+
+    generation: int
 
 
-def conditions(sequence: Sequence) -> tuple[str, ...]:
-    """The paths that frames refer to, each once: ``start`` and those of the steps."""
-    found = [path for step in sequence.steps for path in (step.when, step.until) if path]
-    return tuple(dict.fromkeys([sequence.start, *found] if sequence.start else found))
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The program of that generation was damaged in memory; the one before goes on."""
+
+    generation: int
 
 
-def frames(sequence: Sequence, generation: int) -> bytes:
-    """The program as the content of a buffer. Raises TooLong."""
-    number = {path: n for n, path in enumerate(conditions(sequence), 1)} | {None: 0}
-    made = bytearray()
-    if len(number) <= 256:
-        for step in sequence.steps:
-            made += _WORD.pack(step.module | len(step.parameters) << 8 | number[step.when] << 16
-                               | number[step.until] << 24)
-            for parameter, value in step.parameters:
-                data = struct.pack(parameter.form, value)
-                made += _WORD.pack(parameter.address | len(data) // 4 << 16) + data
-    if len(number) > 256 or _HEAD + len(made) > room():
-        raise TooLong(f"a sequence of {len(sequence.steps)} steps, {len(made)} bytes, {len(number) - 1} conditions")
-    head = struct.pack("<III", generation, len(sequence.steps), len(made) // 4)
-    return head + _WORD.pack(crc16(bytes(made), crc16(head))) + made
+Event = Started | Exchanged | Refused
 
 
-def following(old: Sequence, ended: int, new: Sequence) -> int:
-    """The number of the step of ``new`` that comes after ``ended`` steps of ``old``: the one behind the step
-    that ended last; when that is gone, the next one of the old order that is still there; when all are, none
-    of this cycle. A step is known by its module, and by its turn among the steps of that module."""
-    if ended == 0:
-        return 0
-    places = {key: place for place, key in enumerate(_keys(new))}
-    keys = _keys(old)
-    if keys[ended - 1] in places:
-        return places[keys[ended - 1]] + 1
-    return next((places[key] for key in keys[ended:] if key in places), len(new.steps))
+@dataclass(frozen=True, slots=True)
+class _Program:
+    sequence: Sequence
+    frames: tuple[Frame, ...]
+    conditions: tuple[Reader | None, ...]
+    start: int
 
 
-def _keys(sequence: Sequence) -> list[tuple[str, int]]:
-    turns: dict[str, int] = {}
-    keys = []
-    for step in sequence.steps:
-        name = step.name.upper()
-        turns[name] = turns.get(name, 0) + 1
-        keys.append((name, turns[name]))
-    return keys
+_EMPTY = _Program(Sequence(()), (), (None,), 0)
+
+
+class Customised:
+    """Both ends of L over the memory of a master. ``readers``: a path to what reads it now, raises
+    LookupError; a condition whose variable a change of the program took away counts as TRUE."""
+
+    __slots__ = ("_memory", "_readers", "_programs")
+
+    def __init__(self, memory: Memory, readers: Readers) -> None:
+        self._memory, self._readers = memory, readers
+        self._programs = [_EMPTY, _EMPTY]
+
+    @property
+    def phase(self) -> Phase:
+        return Phase(self._memory.data.load(_PHASE))
+
+    @property
+    def cycles(self) -> int:
+        """Cycles that have ended."""
+        return self._memory.data.load(_CYCLES)
+
+    @property
+    def step(self) -> int:
+        """How many steps of this cycle have ended."""
+        return self._memory.data.load(_STEP)
+
+    def stage(self, sequence: Sequence) -> int:
+        """Hands a program over, which begins at the next boundary; its generation. One that was handed over
+        and has not begun is replaced. Raises TooLong."""
+        data = self._memory.data
+        active = data.load(_ACTIVE)
+        generation = data.load(buffer(active)) + 1
+        content = frames(sequence, generation)
+        data.store(_STAGED, 0)
+        data.write(buffer(1 - active), content)
+        self._programs[1 - active] = self._program(sequence, ())
+        data.store(_STAGED, generation)
+        return generation
+
+    def change(self, sequence: Sequence, modules: Mapping[str, int], readers: Readers) -> int:
+        """Between two scans, with a change of the master's program: as ``stage``. ``modules``: the new indices
+        by names in capitals. A module of a step that runs keeps running; when it is gone, it has ended."""
+        data, bits = self._memory.data, self._memory.bits
+        self._readers = readers
+        seen = data.load(_SEEN)
+        program = self._programs[seen]
+        self._programs[seen] = self._program(program.sequence, program.frames)
+        phase = self.phase
+        if phase is Phase.OFFERED:
+            bits.clear(*_CB)
+            data.store(_PHASE, Phase.RUNNING if bits.test(*_CA) else Phase.NEXT)
+        if self.phase is Phase.RUNNING:
+            name = program.sequence.steps[data.load(_STEP)].name.upper()
+            data.store(_MODULE, modules.get(name, -1) + 1)
+        return self.stage(sequence)
+
+    def _program(self, sequence: Sequence, made: tuple[Frame, ...]) -> _Program:
+        paths = conditions(sequence)
+        return _Program(sequence, made, (None, *map(self._reader, paths)),
+                        paths.index(sequence.start) + 1 if sequence.start else 0)
+
+    def _reader(self, path: str) -> Reader | None:
+        try:
+            return self._readers(path)
+        except LookupError:
+            return None
+
+    def control(self) -> tuple[Event, ...]:
+        """What the control thread does at the begin of a scan (C.START)."""
+        data, bits = self._memory.data, self._memory.bits
+        events: tuple[Event, ...] = ()
+        if (generation := data.load(_STAGED)) and data.load(_PHASE) in BOUNDARY:
+            events = (self._exchange(generation),)
+        if bits.test(*_CB):
+            if not bits.test(*_CA):
+                frame = self._programs[data.load(_ACTIVE)].frames[data.load(_STEP)]
+                for address, words in frame.parameters:
+                    data.write(address, words)
+                bits.set(*bit(areas()["LCF"].base + frame.module))
+                bits.set(*_CA)
+                events += (Started(frame.module, tuple(address for address, _ in frame.parameters)),)
+        elif bits.test(*_CA):
+            bits.clear(*_CA)
+        return events
+
+    def _exchange(self, generation: int) -> Event:
+        data = self._memory.data
+        other = 1 - data.load(_ACTIVE)
+        made = parsed(data, other)
+        data.store(_STAGED, 0)
+        if made is None:
+            return Refused(generation)
+        program = self._programs[other]
+        self._programs[other] = _Program(program.sequence, made, program.conditions, program.start)
+        data.store(_ACTIVE, other)
+        return Exchanged(generation)
+
+    def execute(self) -> None:
+        """What the customised thread does in the rest of a scan."""
+        data = self._memory.data
+        active, seen = data.load(_ACTIVE), data.load(_SEEN)
+        program = self._programs[active]
+        if active != seen:
+            old = self._programs[seen].sequence
+            data.store(_STEP, following(old, data.load(_STEP), program.sequence))
+            data.store(_SEEN, active)
+        phase = self.phase
+        if phase is Phase.OFFERED and self._memory.bits.test(*_CA):
+            data.store(_MODULE, program.frames[data.load(_STEP)].module + 1)
+            self._memory.bits.clear(*_CB)
+            phase = Phase.RUNNING
+        elif phase is Phase.RUNNING and self._ended(program):
+            data.store(_STEP, data.load(_STEP) + 1)
+            phase = Phase.NEXT
+        if phase is Phase.DONE and (program.sequence.repeat or not _true(program, program.start)):
+            phase = Phase.IDLE
+        if phase is Phase.NEXT and data.load(_STEP) >= len(program.frames):
+            data.store(_STEP, 0)
+            data.store(_CYCLES, data.load(_CYCLES) + 1)
+            phase = Phase.IDLE if program.sequence.repeat else Phase.DONE
+        # A program that waits to become active gets the boundary, whatever could be offered now.
+        if not data.load(_STAGED):
+            if phase is Phase.IDLE and program.frames and _true(program, program.start):
+                phase = Phase.NEXT
+            if phase is Phase.NEXT and not self._memory.bits.test(*_CA) and _true(
+                    program, program.frames[data.load(_STEP)].when):
+                self._memory.bits.set(*_CB)
+                phase = Phase.OFFERED
+        data.store(_PHASE, phase)
+
+    def _ended(self, program: _Program) -> bool:
+        data, bits = self._memory.data, self._memory.bits
+        module = data.load(_MODULE)
+        if module and bits.test(*bit(areas()["LCF"].base + module - 1)):
+            return False
+        return _true(program, program.frames[data.load(_STEP)].until)
+
+    def reset(self) -> None:
+        """After an emergency: no step is offered or runs; the next cycle begins with its first step."""
+        self._memory.bits.clear(*_CB)
+        self._memory.bits.clear(*_CA)
+        for word in (_STEP, _MODULE, _PHASE):
+            self._memory.data.store(word, 0)
+
+
+def _true(program: _Program, number: int) -> bool:
+    """A condition: none, or one whose variable is gone, is TRUE."""
+    reader = program.conditions[number]
+    return reader is None or bool(reader())
