@@ -442,7 +442,7 @@ def test_the_result_of_a_failed_self_check_is_a_bug(ldc, monkeypatch) -> None:
     from ldc.il.verify import Verdict
 
     monkeypatch.setattr(
-        "ldc.pipeline.verify", lambda *a, **k: Verdict("wrong", 1, "il", "motor", (("start", True),))
+        "ldc.pipeline.rungs.verify", lambda *a, **k: Verdict("wrong", 1, "il", "motor", (("start", True),))
     )
     status, _, err = ldc("check", "main.ld")
     assert status == 3 and "error[LD0901]" in err and "ldc: internal fault" in err

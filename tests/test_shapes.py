@@ -119,8 +119,8 @@ def test_what_names_do_not_tell_has_no_shape(name: str) -> None:
 @pytest.mark.parametrize("name", SAME)
 def test_the_second_rung_of_a_shape_is_not_proved_again(name: str, monkeypatch) -> None:
     calls = []
-    verify = pipeline.verify
-    monkeypatch.setattr(pipeline, "verify", lambda *args: calls.append(args) or verify(*args))
+    verify = pipeline.rungs.verify
+    monkeypatch.setattr(pipeline.rungs, "verify", lambda *args: calls.append(args) or verify(*args))
     builds = compiled(*SAME[name]).units["p"]
     assert [(build.verdict.kind, build.code.proof) for build in builds] == [("proof", "proof")] * 2
     assert len(calls) == 2, "one for the block, one for both rungs"
@@ -174,14 +174,14 @@ def test_a_name_put_in_the_wrong_place_is_noticed(monkeypatch) -> None:
 
 
 def test_a_wrong_rung_is_no_example_for_others(monkeypatch) -> None:
-    right = pipeline.lower
+    right = pipeline.rungs.lower
 
     def wrong(*args, **options):
         lowered = right(*args, **options)
         first, *rest = lowered.code.code
         return replace(lowered, code=replace(lowered.code, code=(replace(first, op="LDN"), *rest)))
 
-    monkeypatch.setattr(pipeline, "lower", wrong)
+    monkeypatch.setattr(pipeline.rungs, "lower", wrong)
     text = DECLARATIONS + "RUNG [a] [b] (q)\nRUNG [c] [d] (z)\nEND_PROGRAM\n"
     result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
     found = [d.code for d in result.diagnostics if "self-check" in str(d.primary)]

@@ -159,14 +159,14 @@ def test_a_wrong_verdict_names_what_differs_and_an_example() -> None:
 
 def test_a_compiler_that_slips_is_stopped(monkeypatch, tmp_path, capsys) -> None:
     """No input is known that does it, so a slip is put into the lowering."""
-    right = pipeline.lower
+    right = pipeline.rungs.lower
 
     def wrong(*args, **options):
         lowered = right(*args, **options)
         first, *rest = lowered.code.code
         return replace(lowered, code=replace(lowered.code, code=(replace(first, op="LDN"), *rest)))
 
-    monkeypatch.setattr(pipeline, "lower", wrong)
+    monkeypatch.setattr(pipeline.rungs, "lower", wrong)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "p.ld").write_text("PROGRAM p VAR a, q : BOOL; END_VAR\nRUNG seal { [a] | [q] } (q)\nEND_PROGRAM\n")
     assert main(["compile", "p.ld", "-o", "p.il"]) == 3
