@@ -71,8 +71,10 @@ class Limits(NamedTuple):
 
 
 class State(NamedTuple):
-    sender: sending.Sender
-    receiver: receiving.Receiver
+    """``sender`` and ``receiver``: all that these machines know, from which they are made again."""
+
+    sender: tuple
+    receiver: tuple
     words: tuple
     limits: Limits
     item: int = 0
@@ -84,13 +86,15 @@ class State(NamedTuple):
 class Result:
     """``wrong``: what a receiver or the owner of a sender was told falsely; ``stuck``: ends without a result;
     ``ends``: what the receiver had been given at the others, and whether the sender stands in a fault;
-    ``raised``: ends at which a flag is not 0."""
+    ``raised``: ends at which a flag is not 0; ``halves``: each machine with each memory that it met."""
 
     states: int
     wrong: frozenset[str]
     stuck: int
     ends: frozenset[tuple[tuple[int, ...], bool]]
     raised: int
+    halves: tuple[tuple[tuple, tuple], ...]
+    link: Link
 
 
 def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE, retries: int = 2) -> Result:
@@ -120,24 +124,24 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
     def moves(state: State) -> Iterator[State]:
         if state.wrong:
             return
-        limits, sender, receiver = state.limits, state.sender, state.receiver
-        if sender.ready:
-            if state.item < transfers:
-                data = adata_of({1: state.item + 1}, ALGORITHM)
-                new = sending.submit(sender, link, AID, Command.UPDATE, data)
-                yield state._replace(sender=new, item=state.item + 1)
-        else:
-            memory = Memory(state.words)
-            new, event = sending.step(sender, link, memory)
-            yield heard(state._replace(sender=new, words=memory.value()), event)
-        memory = Memory(state.words)
-        new, event = receiving.step(receiver, link, memory, SITUATION)
-        yield given(state._replace(receiver=new, words=memory.value()), event)
+        limits, sender, memory = state.limits, sending.Sender(*state.sender), Memory(state.words)
+        if not sender.ready:
+            event = sending.step(sender, link, memory)
+            yield heard(state._replace(sender=sender.state(), words=memory.value()), event)
+        elif state.item < transfers:
+            sending.submit(sender, link, AID, Command.UPDATE, adata_of({1: state.item + 1}, ALGORITHM))
+            yield state._replace(sender=sender.state(), item=state.item + 1)
+        receiver, memory = receiving.Receiver(*state.receiver), Memory(state.words)
+        event = receiving.step(receiver, link, memory, SITUATION)
+        yield given(state._replace(receiver=receiver.state(), words=memory.value()), event)
         if limits.late:
-            new, event = sending.tick(sender, link)
-            yield heard(state._replace(sender=new), event)
+            sender = sending.Sender(*state.sender)
+            event = sending.tick(sender, link)
+            yield heard(state._replace(sender=sender.state()), event)
         if limits.flip < start.flip and any(state.words[3:6]):
-            yield state._replace(receiver=receiving.tick(receiver, link))
+            receiver = receiving.Receiver(*state.receiver)
+            receiving.tick(receiver, link)
+            yield state._replace(receiver=receiver.state())
         if limits.corrupt:
             less = limits._replace(corrupt=limits.corrupt - 1)
             for at in range(0, SIZE, 4):
@@ -151,17 +155,23 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
             for at in range(len(FLAGS)):
                 words = (*state.words[:at], 1 - state.words[at], *state.words[at + 1 :])
                 yield state._replace(words=words, limits=limits._replace(flip=limits.flip - 1))
-        if limits.reset and sender.phase is sending.Phase.FAULT:
+        if limits.reset and sending.Sender(*state.sender).phase is sending.Phase.FAULT:
+            sender = sending.Sender(*state.sender)
+            sending.reset(sender)
             less = limits._replace(reset=limits.reset - 1)
-            yield state._replace(sender=sending.reset(sender), limits=less)
+            yield state._replace(sender=sender.state(), limits=less)
 
-    graph = explore(State(sending.Sender(), receiving.Receiver(), EMPTY, start), moves)
+    begin = State(sending.Sender().state(), receiving.Receiver().state(), EMPTY, start)
+    graph = explore(begin, moves)
     finished = [s for s in ends(graph) if not s.wrong]
-    faulted = {s: s.sender.phase is sending.Phase.FAULT for s in finished}
+    faulted = {s: sending.Sender(*s.sender).phase is sending.Phase.FAULT for s in finished}
     return Result(
         states=len(graph),
-        stuck=sum(not fault and (not s.sender.ready or s.item < transfers) for s, fault in faulted.items()),
+        stuck=sum(not fault and (not sending.Sender(*s.sender).ready or s.item < transfers) for s, fault in faulted.items()),
         wrong=frozenset(s.wrong for s in graph.states if s.wrong),
         ends=frozenset((s.taken, fault) for s, fault in faulted.items()),
         raised=sum(any(s.words[:6]) for s in finished),
+        halves=tuple(dict.fromkeys(
+            (machine, s.words) for s in graph.states for machine in (s.sender, s.receiver))),
+        link=link,
     )

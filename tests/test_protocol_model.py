@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from handshake_scripts import DEADLOCK, DUPLICATE, EARLY, LOST, run
-from protocol_model import AID, ALGORITHM, FLAGS, SITUATION, Limits, check
+from protocol_model import AID, ALGORITHM, FLAGS, SITUATION, Limits, Memory, check
 
 from explore import ends, explore
 from ldc.il.areas import shared_range
@@ -116,30 +116,70 @@ def test_two_links_at_once_in_every_interleaving(profile, others) -> None:
                 buffer[low:high] = value
             link = (first, second)[at // 2]
             if at % 2 == 0:
-                machine, event = sending.step(machines[at], link, words)
+                machine = sending.Sender(*machines[at])
+                event = sending.step(machine, link, words)
             else:
-                machine, event = receiving.step(machines[at], link, words, SITUATION)
-            if machine is not machines[at]:
-                after = taken + isinstance(event, receiving.Delivered)
-                new = tuple(bytes(buffer[low:high]) for low, high in parts)
-                yield (*machines[:at], machine, *machines[at + 1 :], new, after)
+                machine = receiving.Receiver(*machines[at])
+                event = receiving.step(machine, link, words, SITUATION)
+            after = taken + isinstance(event, receiving.Delivered)
+            new = tuple(bytes(buffer[low:high]) for low, high in parts)
+            yield (*machines[:at], machine.state(), *machines[at + 1 :], new, after)
 
     def begun(both: bool) -> tuple:
         machines = []
         for link in (first, second):
             sender = sending.Sender()
             if both or link is first:
-                sender = sending.submit(sender, link, AID, Command.UPDATE, data)
-            machines.append(sender)
-            machines.append(receiving.Receiver())
+                sending.submit(sender, link, AID, Command.UPDATE, data)
+            machines.append(sender.state())
+            machines.append(receiving.Receiver().state())
         return (*machines, tuple(bytes(high - low) for low, high in parts), 0)
 
     both = explore(begun(True), moves)
     assert len(both) == len(explore(begun(False), moves)) ** 2
     (end,) = ends(both)
-    assert end[0].ready and end[2].ready and end[-1] == 2
+    assert all(sending.Sender(*end[n]).ready for n in (0, 2)) and end[-1] == 2
     flags = {getattr(link.channel, flag) for link in (first, second) for flag in FLAGS}
     assert not any(value.strip(b"\0") for at, value in zip(used, end[-2], strict=True) if at in flags)
+
+
+class Seen(Memory):
+    """Notes what is done to it, in order."""
+
+    def __init__(self, words: tuple) -> None:
+        super().__init__(words)
+        self.log: list[tuple] = []
+
+    def __getattribute__(self, name: str):
+        found = super().__getattribute__(name)
+        if name not in ("load", "store", "test", "set", "clear", "read", "write"):
+            return found
+        return lambda *given: self.log.append((name, *given)) or found(*given)
+
+
+@pytest.mark.parametrize("profile", [U_STAR, I_STAR], ids=lambda p: p.name)
+@pytest.mark.parametrize(("limits", "chunk"), [
+    pytest.param(Limits(late=True, reset=1), 28, id="resets"),
+    pytest.param(Limits(late=True), 4, id="word by word"),
+    pytest.param(Limits(flip=1), 28, id="a flag disturbed"), pytest.param(Limits(corrupt=1), 28, id="a word"),
+])
+def test_to_run_is_to_step_until_one_waits(profile, limits, chunk) -> None:
+    """In every state that the exploration finds: the same accesses, the same state after, the same event."""
+    result = check(profile, limits, transfers=2, chunk=chunk, retries=1)
+    for state, words in result.halves:
+        sends = len(state) == len(sending.Sender().state())
+        made = sending.Sender if sends else receiving.Receiver
+        module, more = (sending, ()) if sends else (receiving, (SITUATION,))
+        once, again = Seen(words), Seen(words)
+        at_once, in_steps = made(*state), made(*state)
+        event = module.run(at_once, result.link, once, *more)
+        told = None
+        while (outcome := module.step(in_steps, result.link, again, *more)) is not False:
+            told = outcome if outcome is not True else told
+            if told if sends else in_steps.phase == receiving.Phase.WATCH and not in_steps.at:
+                break
+        assert (at_once.state(), once.value(), once.log, event) == (
+            in_steps.state(), again.value(), again.log, told)
 
 
 def places(channel: Channel) -> list[int]:

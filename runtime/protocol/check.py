@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from math import inf, isfinite
+from typing import NamedTuple
 
 from runtime.protocol.envelope import HEAD, Command, Envelope, Head, decode, head, intact, successor, token
 
@@ -29,6 +30,9 @@ class Code(IntEnum):
     STUCK = 11
 
 
+CODES = tuple(Code(n) for n in range(Code.STALE + 1))
+"""Those that an answer can have, by number."""
+
 TRANSIENT = frozenset((Code.CRC, Code.SEQ, Code.SILENT))
 """Codes after which the same envelope is sent again."""
 
@@ -39,9 +43,9 @@ class Parameter:
 
     pid: int
     type: str = "f32"
-    min: float = -math.inf
-    max: float = math.inf
-    rate: float = math.inf
+    min: float = -inf
+    max: float = inf
+    rate: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,7 @@ class Algorithm:
     parameters: tuple[Parameter, ...] = ()
     stamp: int | None = None
     max_age_ms: int = 0
+    layout: Layout = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         types = {p.pid: p.type for p in self.parameters}
@@ -60,6 +65,33 @@ class Algorithm:
             raise ValueError(f"algorithm {self.aid:#x}: two parameters have one pid")
         if self.stamp is not None and types.get(self.stamp) != "u32":
             raise ValueError(f"algorithm {self.aid:#x}: its stamp is no parameter of type u32")
+        object.__setattr__(self, "layout", _layout(self.parameters))
+
+
+class Layout(NamedTuple):
+    """What is known of the data before any come. ``words``: pid and value of each parameter in order;
+    ``floats``, ``bools``: the places of such parameters; ``limited``: those that have limits."""
+
+    pids: tuple[int, ...]
+    words: struct.Struct
+    floats: tuple[int, ...]
+    bools: tuple[int, ...]
+    limited: tuple[tuple[int, Parameter], ...]
+
+
+def _layout(parameters: tuple[Parameter, ...]) -> Layout:
+    none = Parameter(0)
+    limits = [(p.min, p.max, p.rate) != (none.min, none.max, none.rate) for p in parameters]
+    return Layout(
+        pids=tuple(p.pid for p in parameters),
+        words=struct.Struct("<" + "".join("I" + _FORMATS[p.type] for p in parameters)),
+        floats=tuple(n for n, p in enumerate(parameters) if p.type == "f32"),
+        bools=tuple(n for n, p in enumerate(parameters) if p.type == "bool32"),
+        limited=tuple((n, p) for n, p in enumerate(parameters) if limits[n]),
+    )
+
+
+_FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +105,7 @@ class Situation:
     now_ms: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(NamedTuple):
     """``token``: as the answer calls it; ``envelope``: None when its bytes cannot be trusted (LEN, CRC);
     ``again``: it was taken before."""
 
@@ -97,66 +128,87 @@ def check(slot: bytes, previous: Envelope | None, situation: Situation) -> Verdi
     if not intact(h, slot):
         return Verdict(Code.CRC, name)
     envelope = decode(h, slot)
-    if previous is not None and envelope.content() == previous.content():
-        return Verdict(Code.OK, name, envelope, again=True)
-    due = successor(previous.seq if previous is not None else 0) if h.cmd != Command.RESET else 0
+    if previous is not None and h.seq == previous.seq and envelope.content() == previous.content():
+        return Verdict(_OK, name, envelope, again=True)
+    resets = h.cmd == _RESET
+    due = 0 if resets else successor(previous.seq if previous is not None else 0)
     if h.seq != due:
         return Verdict(Code.SEQ, name, envelope)
-    if h.cmd == Command.RESET:
-        return Verdict(Code.OK, name, envelope)
+    if resets:
+        return Verdict(_OK, name, envelope)
     code = Code.AID if algorithm is None else _of_data(envelope, algorithm, situation)
     return Verdict(code, name, envelope)
 
 
+_OK = Code.OK
+_START, _UPDATE, _STOP, _RESET = (int(c) for c in Command)
+
+
 def _due(h: Head, algorithm: Algorithm | None) -> int:
     """The length that the command has; that of an unknown algorithm is its own."""
-    if h.cmd in (Command.STOP, Command.RESET):
+    if h.cmd in (_STOP, _RESET):
         return 0
-    return h.len if algorithm is None else 8 * len(algorithm.parameters)
+    return h.len if algorithm is None else algorithm.layout.words.size
 
 
 def _of_data(envelope: Envelope, algorithm: Algorithm, situation: Situation) -> Code:
-    raw = dict(struct.iter_unpack("<I4s", envelope.adata))
-    if envelope.cmd != Command.STOP and raw.keys() != {p.pid for p in algorithm.parameters}:
-        return Code.PID
-    values = {p.pid: value_of(raw[p.pid], p.type) for p in algorithm.parameters if p.pid in raw}
-    if None in values.values():
-        return Code.TYPE
-    for p in algorithm.parameters:
-        if p.pid in values and not _in_range(p, values[p.pid], situation.values.get((algorithm.aid, p.pid))):
+    cmd, runs, values = envelope.cmd, algorithm.aid in situation.running, ()
+    if cmd != _STOP:
+        values = _in_order(envelope.adata, algorithm)
+        if values is None:
+            return Code.PID
+        code = _of_values(values, algorithm, situation)
+        if code is not _OK:
+            return code
+    if cmd not in (_START, _UPDATE, _STOP) or cmd == _START and runs or cmd == _UPDATE and not runs:
+        return Code.STATE
+    if algorithm.stamp is None or not values:
+        return _OK
+    age = situation.now_ms - values[algorithm.layout.pids.index(algorithm.stamp)] & 0xFFFFFFFF
+    return Code.STALE if age > algorithm.max_age_ms else _OK
+
+
+def _in_order(adata: bytes, algorithm: Algorithm) -> tuple | None:
+    """The values in the order of the parameters, in which they nearly always come; None when a pid is
+    missing, there twice or none of the algorithm's."""
+    pids, words = algorithm.layout.pids, algorithm.layout.words
+    found = words.unpack(adata)
+    if found[::2] == pids:
+        return found[1::2]
+    raw = dict(struct.iter_unpack("<I4s", adata))
+    if raw.keys() != set(pids):
+        return None
+    return words.unpack(b"".join(struct.pack("<I4s", pid, raw[pid]) for pid in pids))[1::2]
+
+
+def _of_values(values: tuple, algorithm: Algorithm, situation: Situation) -> Code:
+    layout = algorithm.layout
+    for n in layout.floats:
+        if not isfinite(values[n]):
+            return Code.TYPE
+    for n in layout.bools:
+        if values[n] > 1:
+            return Code.TYPE
+    for n, p in layout.limited:
+        if not _in_range(p, values[n], situation.values.get((algorithm.aid, p.pid))):
             return Code.RANGE
-    runs = algorithm.aid in situation.running
-    if envelope.cmd not in (Command.START, Command.UPDATE, Command.STOP):
-        return Code.STATE
-    if envelope.cmd == Command.START and runs or envelope.cmd == Command.UPDATE and not runs:
-        return Code.STATE
-    age = situation.now_ms - values.get(algorithm.stamp, situation.now_ms) & 0xFFFFFFFF
-    return Code.STALE if algorithm.stamp in values and age > algorithm.max_age_ms else Code.OK
+    return _OK
 
 
 def _in_range(p: Parameter, value: float, last: float | None) -> bool:
     return p.min <= value <= p.max and (last is None or abs(value - last) <= p.rate)
 
 
-_FORMATS = {"f32": "<f", "i32": "<i", "u32": "<I", "bool32": "<I"}
-
-
-def value_of(raw: bytes, type_: str) -> float | int | None:
-    """The value of four bytes; None when they are none of the type: NaN, infinite, a BOOL other than 0 and
-    1."""
-    (value,) = struct.unpack(_FORMATS[type_], raw)
-    if type_ == "f32" and not math.isfinite(value) or type_ == "bool32" and value > 1:
-        return None
-    return value
-
-
 def values_of(envelope: Envelope, algorithm: Algorithm) -> dict[int, float]:
-    """The parameters of an envelope that was checked, by pid."""
-    types = {p.pid: p.type for p in algorithm.parameters}
-    return {pid: value_of(raw, types[pid]) for pid, raw in struct.iter_unpack("<I4s", envelope.adata)}
+    """The parameters of an envelope that was checked, by pid; of a STOP none."""
+    if not envelope.adata:
+        return {}
+    return dict(zip(algorithm.layout.pids, _in_order(envelope.adata, algorithm), strict=True))
 
 
 def adata_of(values: Mapping[int, float], algorithm: Algorithm) -> bytes:
     """The data of an envelope, in the order of the algorithm's parameters. Raises KeyError, struct.error."""
-    return b"".join(struct.pack("<I", p.pid) + struct.pack(_FORMATS[p.type], values[p.pid])
-                    for p in algorithm.parameters)
+    found = []
+    for pid in algorithm.layout.pids:
+        found += (pid, values[pid])
+    return algorithm.layout.words.pack(*found)

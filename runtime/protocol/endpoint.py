@@ -32,24 +32,45 @@ class Endpoint:
         """``send`` is possible."""
         return self.sender.ready
 
+    @property
+    def idle(self) -> bool:
+        """Nothing to do: nothing is sent or received, and nobody has begun to send."""
+        into = self.into.channel
+        return (self.sender.phase in _AT_REST and self.receiver.phase is _WATCH
+                and not self.memory.test(into.running, into.mask))
+
     def send(self, aid: int, cmd: int, adata: bytes = b"") -> None:
         """Begins a transfer. Raises Busy; ValueError when the data do not fit the slot."""
-        self.sender = sending.submit(self.sender, self.out, aid, cmd, adata)
+        sending.submit(self.sender, self.out, aid, cmd, adata)
 
     def reset(self) -> None:
         """Makes the direction that it sends in new, after a fault or at a start."""
-        self.sender = sending.reset(self.sender)
+        sending.reset(self.sender)
 
     def poll(self) -> Sequence[Event]:
-        """A step of each machine, and what has come of it."""
-        self.sender, first = sending.step(self.sender, self.out, self.memory)
-        self.receiver, second = receiving.step(self.receiver, self.into, self.memory, self.situation)
-        if first is None and second is None:
-            return ()
-        return [event for event in (first, second) if event is not None]
+        """As many steps of each machine as are possible now, and what has come of them: at most one event of
+        each. Both machines stand at a wait then, or at the end of a transfer."""
+        first = sending.run(self.sender, self.out, self.memory)
+        second = receiving.run(self.receiver, self.into, self.memory, self.situation)
+        return _events(first, second)
+
+    def step(self) -> Sequence[Event]:
+        """One step of each machine, and what has come of it."""
+        first = sending.step(self.sender, self.out, self.memory)
+        second = receiving.step(self.receiver, self.into, self.memory, self.situation)
+        return _events(first if first is not True else None, second if second is not True else None)
 
     def tick(self) -> Sequence[Event]:
         """A period has passed."""
-        self.sender, event = sending.tick(self.sender, self.out)
-        self.receiver = receiving.tick(self.receiver, self.into)
-        return () if event is None else (event,)
+        receiving.tick(self.receiver, self.into)
+        return _events(sending.tick(self.sender, self.out), None)
+
+
+_AT_REST = (sending.Phase.IDLE, sending.Phase.FAULT)
+_WATCH = receiving.Phase.WATCH
+
+
+def _events(first: Event | bool | None, second: Event | bool | None) -> Sequence[Event]:
+    if not first and not second:
+        return ()
+    return [event for event in (first, second) if event]

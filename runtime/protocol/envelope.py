@@ -7,9 +7,9 @@ CRC-16/MODBUS of the words before it and of adata, its upper half 0. adata: ``u3
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
+from typing import NamedTuple
 
 HEAD = 20
 """Bytes before the data."""
@@ -19,6 +19,7 @@ LAST_SEQ = 0x7FFFFF
 RESET has the number 0, and its ordinal as aid."""
 
 _HEAD = struct.Struct("<IIHHII")
+_WORDS = struct.Struct("<IIHHI")
 
 
 class Command(IntEnum):
@@ -28,8 +29,7 @@ class Command(IntEnum):
     RESET = 4
 
 
-@dataclass(frozen=True, slots=True)
-class Envelope:
+class Envelope(NamedTuple):
     """``cmd`` is any u16, a Command if the sender is sound. ``aid``: of an algorithm; of a RESET its
     ordinal."""
 
@@ -44,8 +44,7 @@ class Envelope:
         return self.seq, self.aid, self.cmd, self.adata
 
 
-@dataclass(frozen=True, slots=True)
-class Head:
+class Head(NamedTuple):
     """The words before the data as they stand in a slot, not checked."""
 
     seq: int
@@ -79,30 +78,47 @@ def _by_one_byte() -> tuple[int, ...]:
 
 
 @cache
-def _by_two_bytes() -> tuple[int, ...]:
-    """The register after two more bytes, by its exclusive or with them."""
-    one = _by_one_byte()
-    high = [value >> 8 for value in one]
-    low = [value & 0xFF for value in one]
-    return tuple(one[low[n & 0xFF] ^ n >> 8] ^ high[n & 0xFF] for n in range(0x10000))
+def _folds(bits: int) -> tuple[tuple[int, int, int, int], ...]:
+    """How a polynomial of so many coefficients becomes one of 32 with the same remainder by x^15 + x + 1: how
+    many go each time, their mask, and by how much those that they are added to lie higher."""
+    found = []
+    while bits > 32:
+        squares = [1 << n for n in range(bits.bit_length())]
+        count, s = max((min(bits - 15 * s, 14 * s, bits - 32), s) for s in squares)
+        found.append((count, (1 << count) - 1, 14 * s, 15 * s))
+        bits -= count
+    return tuple(found)
+
+
+_FACTOR = 0xC001
+"""x^15 + x + 1, the highest coefficient in the lowest bit."""
 
 
 def crc16(data: bytes, crc: int = 0xFFFF) -> int:
-    """CRC-16/MODBUS: polynomial 0x8005 reflected, begun with 0xFFFF. ``crc``: that of what goes before."""
-    table, pairs = _by_two_bytes(), len(data) // 2
-    for pair in struct.unpack_from(f"<{pairs}H", data):
-        crc = table[crc ^ pair]
-    if len(data) % 2:
-        crc = crc >> 8 ^ _by_one_byte()[(crc ^ data[-1]) & 0xFF]
-    return crc
+    """CRC-16/MODBUS: polynomial 0x8005 reflected, begun with 0xFFFF. ``crc``: that of what goes before.
+
+    The polynomial is (x + 1)(x^15 + x + 1). The remainder by the first factor is the parity. The second one
+    divides x^15s + x^s + 1 for s = 1, 2, 4, 8 and so on, since squares have no mixed terms: up to 14 s of the
+    highest coefficients are added to lower ones at once, and a few operations on long integers do what a
+    table does byte by byte. The first bit of the data, the integer's lowest, is the highest coefficient.
+    """
+    rest = int.from_bytes(data, "little") ^ crc
+    parity = rest.bit_count()
+    for count, mask, a, b in _folds(8 * len(data) + 16):
+        low = rest & mask
+        rest = (rest ^ low << a ^ low << b) >> count
+    crc, table = rest & 0xFFFF, _by_one_byte()
+    for _ in data[:2]:
+        crc = crc >> 8 ^ table[crc & 0xFF]
+    crc ^= rest >> 16
+    return crc ^ _FACTOR if crc.bit_count() + parity & 1 else crc
 
 
 def encode(envelope: Envelope) -> bytes:
     """The bytes of a slot. The caller keeps ``len(adata)`` a multiple of 4 and within the slot."""
     e = envelope
-    words = _HEAD.pack(e.seq, e.aid, e.cmd, e.attempt, len(e.adata), 0)
-    crc = crc16(e.adata, crc16(words[: HEAD - 4]))
-    return words[: HEAD - 4] + crc.to_bytes(4, "little") + e.adata
+    words = _WORDS.pack(e.seq, e.aid, e.cmd, e.attempt, len(e.adata))
+    return words + crc16(words + e.adata).to_bytes(4, "little") + e.adata
 
 
 def head(slot: bytes) -> Head:
@@ -112,7 +128,7 @@ def head(slot: bytes) -> Head:
 
 def intact(head: Head, slot: bytes) -> bool:
     """The CRC is that of the bytes. ``head.len`` is a multiple of 4 and within the slot."""
-    return head.crc == crc16(slot[HEAD : HEAD + head.len], crc16(slot[: HEAD - 4]))
+    return head.crc == crc16(slot[: HEAD - 4] + slot[HEAD : HEAD + head.len])
 
 
 def decode(head: Head, slot: bytes) -> Envelope:

@@ -40,18 +40,29 @@ class Words:
     def store(self, address: int, value: int) -> None:
         self._words[self._index(address)] = value
 
+    # These three are most of a transfer, and find their word by themselves.
+
     def test(self, address: int, mask: int) -> bool:
         """Whether any bit of the mask is 1."""
-        return self._words[self._index(address)] & mask != 0
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        return self._words[at >> 2] & mask != 0
 
     def set(self, address: int, mask: int) -> None:
         """Makes the bits of the mask 1. Only the one writer of a word may, so that reading it before is
         safe."""
-        self._words[self._index(address)] |= mask
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        self._words[at >> 2] |= mask
 
     def clear(self, address: int, mask: int) -> None:
         """Makes the bits of the mask 0; as ``set``."""
-        self._words[self._index(address)] &= ~mask
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        self._words[at >> 2] &= ~mask
 
     def read(self, address: int, size: int) -> bytes:
         """A copy of ``size`` bytes. They may be of different moments."""

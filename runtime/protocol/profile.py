@@ -7,7 +7,7 @@ be 0 and does ``rest``. The names of flags are those of ``Channel``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ldc.il.areas import SLAVES, areas
 from runtime.protocol.envelope import HEAD
@@ -110,13 +110,17 @@ def channel(slave: int, to_slave: bool, index: int = 0, size: int = 128) -> Chan
                    size=size, mask=1 << index)
 
 
+Steps = tuple[tuple[str, int], ...]
+"""A script with the addresses of its flags."""
+
+
 @dataclass(frozen=True, slots=True)
 class Link:
     """One direction of one slot with its limits.
 
     ``retries``: attempts after the first. ``ack_periods``: calls of ``tick`` until a missing answer is a
     failure (T_ack), ``clear_periods``: until flags of the receiver that stay 1 are (T_clr). ``chunk``: bytes
-    that one step copies, a multiple of 4.
+    that one step copies, a multiple of 4. The further members are the profile's, with addresses.
     """
 
     channel: Channel
@@ -125,3 +129,20 @@ class Link:
     ack_periods: int = 5
     clear_periods: int = 5
     chunk: int = 4096
+    opening: Steps = field(init=False, repr=False, compare=False)
+    closing: Steps = field(init=False, repr=False, compare=False)
+    withdraw: Steps = field(init=False, repr=False, compare=False)
+    answered: Steps = field(init=False, repr=False, compare=False)
+    rest: Steps = field(init=False, repr=False, compare=False)
+    scrub: Steps = field(init=False, repr=False, compare=False)
+    quiet: tuple[int, ...] = field(init=False, repr=False, compare=False)
+    released: tuple[int, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        p, c = self.profile, self.channel
+        scripts = {"opening": p.opening, "closing": p.closing, "withdraw": WITHDRAW,
+                   "answered": p.answered, "rest": p.rest, "scrub": SCRUB}
+        bound = {n: tuple((kind, getattr(c, flag)) for kind, flag in s) for n, s in scripts.items()}
+        bound |= {"quiet": (c.ack, c.nack, c.busy), "released": tuple(getattr(c, f) for f in p.released)}
+        for name, value in bound.items():
+            object.__setattr__(self, name, value)

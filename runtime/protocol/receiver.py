@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from operator import attrgetter
 from typing import NamedTuple
 
 from runtime.protocol.check import Code, Situation, check
 from runtime.protocol.envelope import Command, Envelope
 from runtime.protocol.memory import Watched, Words
-from runtime.protocol.profile import SCRUB, Link
+from runtime.protocol.profile import Link
 from runtime.protocol.sender import act
 
 
@@ -30,15 +31,13 @@ class Phase(IntEnum):
     SCRUB = 10
 
 
-@dataclass(frozen=True, slots=True)
-class Delivered:
+class Delivered(NamedTuple):
     """An envelope that was checked and is given for the first time: data for an algorithm, or a RESET."""
 
     envelope: Envelope
 
 
-@dataclass(frozen=True, slots=True)
-class Refused:
+class Refused(NamedTuple):
     """An envelope was refused."""
 
     code: Code
@@ -47,10 +46,9 @@ class Refused:
 Event = Delivered | Refused
 
 
-class Receiver(NamedTuple):
-    """A tuple, because a step is little more than making one.
-
-    ``previous``: the last envelope that was taken; ``last``: of the transfers before the last RESET;
+@dataclass(slots=True)
+class Receiver:
+    """``previous``: the last envelope that was taken; ``last``: of the transfers before the last RESET;
     ``code`` and ``token``: of the envelope that is being answered; ``frame``: what is read of the slot."""
 
     phase: Phase = Phase.WATCH
@@ -62,15 +60,25 @@ class Receiver(NamedTuple):
     token: int = 0
     frame: bytes = b""
 
+    def state(self) -> tuple:
+        """All members: ``Receiver(*state)`` is the same machine."""
+        return _STATE(self)
 
-def tick(r: Receiver, link: Link) -> Receiver:
+
+_STATE = attrgetter(*Receiver.__dataclass_fields__)
+_WATCH, _OK = Phase.WATCH, Code.OK
+
+Outcome = Event | bool
+"""Of a step: what the owner is told; or True: it has gone on, False: it waits."""
+
+
+def tick(r: Receiver, link: Link) -> None:
     """A period has passed: a receiver without work makes its flags 0 once in ``clear_periods``, so that one
     that was set by a disturbance does not stay."""
-    if r.phase is not Phase.WATCH or r.at:
-        return r
-    if r.waited + 1 < link.clear_periods:
-        return r._replace(waited=r.waited + 1)
-    return r._replace(phase=Phase.SCRUB, waited=0)
+    if r.phase is _WATCH and not r.at:
+        r.waited += 1
+        if r.waited >= link.clear_periods:
+            r.phase, r.waited = Phase.SCRUB, 0
 
 
 def restart() -> Receiver:
@@ -79,99 +87,132 @@ def restart() -> Receiver:
     return Receiver(phase=Phase.SCRUB)
 
 
-def step(r: Receiver, link: Link, memory: Words | Watched, situation: Situation
-         ) -> tuple[Receiver, Event | None]:
-    """The next step. A wait that goes on gives the same state; ``situation`` is asked in the step that
-    checks."""
-    if r.phase is Phase.CHECK:
-        return _check(r, situation)
-    return _STEPS[r.phase](r, link, memory), None
+def step(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome:
+    """The next step; ``situation`` is asked in the one that checks."""
+    return _STEPS[r.phase](r, link, memory, situation)
 
 
-def _watch(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Event | None:
+    """Steps until one waits, or a transfer is over: what its owner is told of it may change the situation
+    of the next. As in the sender, the most frequent stretch is written out."""
+    told = None
+    if r.phase is _WATCH and not r.at and link.chunk >= link.channel.size:
+        told = _taken(r, link, memory, situation)
+        if told is None:
+            return None
+    while (outcome := _STEPS[r.phase](r, link, memory, situation)) is not False:
+        if outcome is not True:
+            told = outcome
+        elif r.phase is _WATCH and not r.at:
+            break
+    return None if told is True else told
+
+
+def _taken(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome | None:
+    """S1 to S4 at once, of a RESET S1 and S2; None: nothing is sent, or not all of it."""
+    c = link.channel
+    if not memory.test(c.running, c.mask) or memory.test(c.begin, c.mask) != link.profile.ready:
+        return None
+    r.waited = 0
+    memory.set(c.busy, c.mask)
+    r.frame = memory.read(c.slot, c.size)
+    told = _check(r, link, memory, situation)
+    if r.phase is Phase.STATUS:
+        memory.store(c.status, r.token << 8 | r.code)
+        memory.set(c.nack if r.code else c.ack, c.mask)
+        for line in link.answered:
+            act(line, link, memory)
+        r.phase = Phase.RELEASED
+    return told
+
+
+def _watch(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     """S1: running, and the data complete."""
     c = link.channel
     if r.at == 0:
-        return r._replace(at=1) if memory.test(c.running, c.mask) else r
+        if memory.test(c.running, c.mask):
+            r.at = 1
+            return True
+        return False
+    r.at = 0
     if memory.test(c.begin, c.mask) != link.profile.ready:
-        return r._replace(at=0)
-    return r._replace(phase=Phase.BUSY, at=0, waited=0)
+        return False
+    r.phase, r.waited = Phase.BUSY, 0
+    return True
 
 
-def _busy(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _busy(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     memory.set(link.channel.busy, link.channel.mask)
-    return r._replace(phase=Phase.READ, frame=b"")
+    r.phase, r.frame = Phase.READ, b""
+    return True
 
 
-def _read(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _read(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     have, c = len(r.frame), link.channel
-    frame = r.frame + memory.read(c.slot + have, min(link.chunk, c.size - have))
-    return r._replace(phase=Phase.CHECK if len(frame) == c.size else Phase.READ, frame=frame)
+    r.frame += memory.read(c.slot + have, min(link.chunk, c.size - have))
+    if len(r.frame) == c.size:
+        r.phase = Phase.CHECK
+    return True
 
 
-def _check(r: Receiver, situation: Situation) -> tuple[Receiver, Event | None]:
+def _check(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome:
     """S2. What is taken is taken here: whatever happens to the answer, it is not given again."""
     verdict = check(r.frame, r.previous, situation)
-    r = r._replace(phase=Phase.STATUS, code=verdict.code, token=verdict.token, frame=b"")
-    if verdict.code is not Code.OK:
-        return r, Refused(verdict.code)
+    r.phase, r.code, r.token, r.frame = Phase.STATUS, verdict.code, verdict.token, b""
+    if verdict.code is not _OK:
+        return Refused(verdict.code)
     if verdict.again:
-        return r, None
-    envelope, last = verdict.envelope, r.last
+        return True
+    envelope = verdict.envelope
     if envelope.cmd == Command.RESET:
-        last = r.previous.seq if r.previous is not None else 0
-        r = r._replace(phase=Phase.LAST)
-    return r._replace(previous=envelope, last=last), Delivered(envelope)
+        r.last = r.previous.seq if r.previous is not None else 0
+        r.phase = Phase.LAST
+    r.previous = envelope
+    return Delivered(envelope)
 
 
-def _last(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _last(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     memory.store(link.channel.last, r.last)
-    return r._replace(phase=Phase.STATUS)
+    r.phase = Phase.STATUS
+    return True
 
 
-def _status(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _status(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     memory.store(link.channel.status, r.token << 8 | r.code)
-    return r._replace(phase=Phase.ANSWER)
+    r.phase = Phase.ANSWER
+    return True
 
 
-def _answer(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _answer(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     """S3."""
     c = link.channel
     memory.set(c.nack if r.code else c.ack, c.mask)
-    return r._replace(phase=Phase.ANSWERED if link.profile.answered else Phase.RELEASED)
+    r.phase = Phase.ANSWERED if link.answered else Phase.RELEASED
+    return True
 
 
-def _script(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _script(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     """S4, and the second half of S5."""
     if r.phase is Phase.ANSWERED:
-        script, follows = link.profile.answered, Phase.RELEASED
+        script, follows = link.answered, Phase.RELEASED
     else:
-        script, follows = link.profile.rest if r.phase is Phase.REST else SCRUB, Phase.WATCH
-    act(script, r.at, link, memory)
-    if r.at + 1 < len(script):
-        return r._replace(at=r.at + 1)
-    return r._replace(phase=follows, at=0)
+        script, follows = link.rest if r.phase is Phase.REST else link.scrub, _WATCH
+    act(script[r.at], link, memory)
+    r.at += 1
+    if r.at == len(script):
+        r.phase, r.at = follows, 0
+    return True
 
 
-def _released(r: Receiver, link: Link, memory: Words | Watched) -> Receiver:
+def _released(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:
     """S5: the sender has seen the answer, or has given up."""
-    flags = link.profile.released
-    if memory.test(getattr(link.channel, flags[r.at]), link.channel.mask):
-        return r
-    if r.at + 1 < len(flags):
-        return r._replace(at=r.at + 1)
-    return r._replace(phase=Phase.REST, at=0)
+    if memory.test(link.released[r.at], link.channel.mask):
+        return False
+    r.at += 1
+    if r.at == len(link.released):
+        r.phase, r.at = Phase.REST, 0
+    return True
 
 
-_STEPS = {
-    Phase.WATCH: _watch,
-    Phase.BUSY: _busy,
-    Phase.READ: _read,
-    Phase.LAST: _last,
-    Phase.STATUS: _status,
-    Phase.ANSWER: _answer,
-    Phase.ANSWERED: _script,
-    Phase.RELEASED: _released,
-    Phase.REST: _script,
-    Phase.SCRUB: _script,
-}
+_STEPS = (_watch, _busy, _read, _check, _last, _status, _answer, _script, _released, _script, _script)
+"""By the number of the phase."""

@@ -1,19 +1,21 @@
 """The sending side of P: a machine that is stepped, one access to shared memory or one local step a call.
 
-States are values and steps give new ones, so that tests can try every interleaving with the receiver. Time
-comes from outside too: the owner calls ``tick`` once a period.
+``run`` goes on with the same steps until one has to wait. All of a machine's state is in its ``state``, so
+that tests can try every interleaving with the receiver. Time comes from outside too: the owner calls ``tick``
+once a period.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
+from operator import attrgetter
 from typing import NamedTuple
 
-from runtime.protocol.check import TRANSIENT, Code
+from runtime.protocol.check import CODES, TRANSIENT, Code
 from runtime.protocol.envelope import HEAD, Command, Envelope, encode, successor, token
 from runtime.protocol.memory import Watched, Words
-from runtime.protocol.profile import CLEAR, COPY, WITHDRAW, Link, Script
+from runtime.protocol.profile import CLEAR, COPY, SET, Link, Steps
 
 
 class Phase(IntEnum):
@@ -31,23 +33,20 @@ class Phase(IntEnum):
     FAULT = 8
 
 
-@dataclass(frozen=True, slots=True)
-class Done:
+class Done(NamedTuple):
     """The receiver has taken transfer ``seq``."""
 
     seq: int
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(NamedTuple):
     """The link stands until a reset. Whether the receiver has taken transfer ``seq`` is not known."""
 
     seq: int
     code: Code
 
 
-@dataclass(frozen=True, slots=True)
-class Linked:
+class Linked(NamedTuple):
     """A reset is done. ``last``: the transfer that the receiver took last before, 0 for none. ``delivered``:
     the transfer that the fault left open is that one."""
 
@@ -58,10 +57,12 @@ class Linked:
 Event = Done | Fault | Linked
 
 
-class Sender(NamedTuple):
-    """A tuple, because a step is little more than making one.
+_NO_MESSAGE = Envelope(0, 0, 0, 0)
 
-    ``at``: where in the phase; ``waited``: periods in it; ``copied``: bytes of the frame
+
+@dataclass(slots=True)
+class Sender:
+    """``at``: where in the phase; ``waited``: periods in it; ``copied``: bytes of the frame
     that are in the slot, from its second word; ``seq``: of the last transfer; ``open``: the one
     whose fate is unknown, 0 for none; ``resets``: the ordinal of the last reset."""
 
@@ -74,169 +75,224 @@ class Sender(NamedTuple):
     resets: int = 0
     last: int = 0
     code: Code = Code.OK
-    message: Envelope = Envelope(0, 0, 0, 0)
+    message: Envelope = _NO_MESSAGE
     frame: bytes = b""
 
     @property
     def ready(self) -> bool:
         """A transfer can be submitted."""
-        return self.phase is Phase.IDLE
+        return self.phase is _IDLE
+
+    def state(self) -> tuple:
+        """All members: ``Sender(*state)`` is the same machine."""
+        return _STATE(self)
+
+
+_STATE = attrgetter(*Sender.__dataclass_fields__)
+_IDLE, _REST, _ANSWER, _CLOSE = Phase.IDLE, Phase.REST, Phase.ANSWER, Phase.CLOSE
+_OK, _RESET = Code.OK, Command.RESET
+
+Outcome = Event | bool
+"""Of a step: what the owner is told; or True: it has gone on, False: it waits."""
 
 
 class Busy(Exception):
     """A transfer is still open, or the link stands."""
 
 
-def submit(s: Sender, link: Link, aid: int, cmd: int, adata: bytes = b"") -> Sender:
+def submit(s: Sender, link: Link, aid: int, cmd: int, adata: bytes = b"") -> None:
     """Begins a transfer. Raises Busy; ValueError when the data do not fit the slot."""
-    if s.phase is not Phase.IDLE:
+    if s.phase is not _IDLE:
         raise Busy(f"transfer {s.seq} is in phase {s.phase.name}")
     if len(adata) > link.channel.size - HEAD or len(adata) % 4:
         raise ValueError(f"{len(adata)} bytes of data for a slot of {link.channel.size}")
-    seq = successor(s.seq)
-    return _attempt(s, Envelope(seq, aid, cmd, 0, adata))._replace(seq=seq, open=seq)
+    s.seq = s.open = successor(s.seq)
+    _attempt(s, Envelope(s.seq, aid, cmd, 0, adata))
 
 
-def reset(s: Sender) -> Sender:
+def reset(s: Sender) -> None:
     """Gives up what is open and makes the link new, from any phase; ``Linked`` tells the end.
 
     A reset that has failed is the same again, so that a receiver that knows it still tells what it had
     before.
     """
-    failed = s.message.cmd == Command.RESET and not s.ready
-    ordinal = s.resets if failed else s.resets + 1 & 0xFFFFFFFF
-    message = Envelope(0, ordinal, Command.RESET, 0)
-    return s._replace(phase=Phase.WITHDRAW, at=0, waited=0, resets=ordinal, message=message, frame=b"",
-                      code=Code.OK)
+    if s.message.cmd != _RESET or s.ready:
+        s.resets = s.resets + 1 & 0xFFFFFFFF
+    _go(s, Phase.WITHDRAW)
+    s.message, s.frame, s.code = Envelope(0, s.resets, _RESET, 0), b"", _OK
 
 
-def tick(s: Sender, link: Link) -> tuple[Sender, Event | None]:
+def tick(s: Sender, link: Link) -> Event | None:
     """A period has passed."""
-    if s.phase is Phase.ANSWER:
-        if s.waited + 1 < link.ack_periods:
-            return s._replace(waited=s.waited + 1), None
-        return s._replace(phase=Phase.WITHDRAW, at=0, waited=0, code=Code.SILENT), None
-    if s.phase is Phase.REST:
-        if s.waited + 1 < link.clear_periods:
-            return s._replace(waited=s.waited + 1), None
-        return _failed(s, Code.STUCK)
-    return s, None
+    if s.phase is _ANSWER:
+        s.waited += 1
+        if s.waited >= link.ack_periods:
+            _go(s, Phase.WITHDRAW)
+            s.code = Code.SILENT
+    elif s.phase is _REST:
+        s.waited += 1
+        if s.waited >= link.clear_periods:
+            return _failed(s, Code.STUCK)
+    return None
 
 
-def step(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, Event | None]:
-    """The next step. A wait that goes on gives the same state."""
+def step(s: Sender, link: Link, memory: Words | Watched) -> Outcome:
+    """The next step."""
     return _STEPS[s.phase](s, link, memory)
 
 
-def _attempt(s: Sender, message: Envelope) -> Sender:
-    return s._replace(phase=Phase.REST, at=0, waited=0, copied=4, code=Code.OK, message=message,
-                      frame=encode(message))
+def run(s: Sender, link: Link, memory: Words | Watched) -> Event | None:
+    """Steps until one waits or has something to tell: the same accesses as those of ``step`` again and again
+    (tests/test_protocol_model.py compares them in every state). The stretches of which nearly every transfer
+    consists are written out, because steps cost more than what they do."""
+    if s.phase is _REST and not s.at and s.copied == 4 and link.chunk >= len(s.frame):
+        if not _sent(s, link, memory):
+            return None
+    elif s.phase is _ANSWER and not s.at and memory.test(link.channel.ack, link.channel.mask):
+        s.at = 2
+        if link.profile.settled and memory.test(link.channel.busy, link.channel.mask):
+            return None
+        s.phase, s.at = Phase.STATUS, 0
+    elif s.phase is _ANSWER and not s.at:
+        s.at = 1
+    while (outcome := _STEPS[s.phase](s, link, memory)) is True:
+        pass
+    return outcome or None
 
 
-def _failed(s: Sender, code: Code) -> tuple[Sender, Event]:
-    return s._replace(phase=Phase.FAULT, at=0, waited=0, code=code, frame=b""), Fault(s.open, code)
+def _sent(s: Sender, link: Link, memory: Words | Watched) -> bool:
+    """M0 to M4 at once."""
+    mask = link.channel.mask
+    for flag in link.quiet:
+        if memory.test(flag, mask):
+            return False
+    for kind, at in link.opening:
+        if kind == SET:
+            memory.set(at, mask)
+        elif kind == CLEAR:
+            memory.clear(at, mask)
+        else:
+            memory.write(at + 4, s.frame[4:])
+            memory.write(at, s.frame[:4])
+    s.phase, s.waited, s.copied = _ANSWER, 0, len(s.frame)
+    return True
 
 
-def _stand(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
-    return s, None
+def _go(s: Sender, phase: Phase) -> None:
+    s.phase, s.at, s.waited = phase, 0, 0
 
 
-_QUIET = ("ack", "nack", "busy")
+def _attempt(s: Sender, message: Envelope) -> None:
+    s.phase, s.at, s.waited, s.copied, s.code = Phase.REST, 0, 0, 4, _OK
+    s.message, s.frame = message, encode(message)
 
 
-def _rest(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
+def _failed(s: Sender, code: Code) -> Fault:
+    _go(s, Phase.FAULT)
+    s.code, s.frame = code, b""
+    return Fault(s.open, code)
+
+
+def _stand(s: Sender, link: Link, memory: Words | Watched) -> bool:
+    return False
+
+
+def _rest(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """M0: each flag of the receiver is 0."""
-    c = link.channel
-    if memory.test(getattr(c, _QUIET[s.at]), c.mask):
-        return s if s.at == 0 else s._replace(at=0), None
-    if s.at < len(_QUIET) - 1:
-        return s._replace(at=s.at + 1), None
-    return s._replace(phase=Phase.OPEN, at=0, waited=0), None
+    if memory.test(link.quiet[s.at], link.channel.mask):
+        s.at = 0
+        return False
+    s.at += 1
+    if s.at == len(link.quiet):
+        _go(s, Phase.OPEN)
+    return True
 
 
-def act(script: Script, at: int, link: Link, memory: Words | Watched) -> None:
+def act(line: tuple[str, int], link: Link, memory: Words | Watched) -> None:
     """Sets or clears the flag of one line of a script."""
-    action, flag = script[at]
-    change = memory.clear if action == CLEAR else memory.set
-    change(getattr(link.channel, flag), link.channel.mask)
+    if line[0] == CLEAR:
+        memory.clear(line[1], link.channel.mask)
+    else:
+        memory.set(line[1], link.channel.mask)
 
 
-def _open(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
+def _open(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """M1 to M4."""
-    script = link.profile.opening
-    if script[s.at][0] == COPY:
+    line = link.opening[s.at]
+    if line[0] == COPY:
         # The first word, the number of the transfer, comes last.
         if s.copied < len(s.frame):
             part = s.frame[s.copied : s.copied + link.chunk]
-            memory.write(link.channel.slot + s.copied, part)
-            return s._replace(copied=s.copied + len(part)), None
-        memory.write(link.channel.slot, s.frame[:4])
+            memory.write(line[1] + s.copied, part)
+            s.copied += len(part)
+            return True
+        memory.write(line[1], s.frame[:4])
     else:
-        act(script, s.at, link, memory)
-    if s.at + 1 < len(script):
-        return s._replace(at=s.at + 1), None
-    return s._replace(phase=Phase.ANSWER, at=0), None
+        act(line, link, memory)
+    s.at += 1
+    if s.at == len(link.opening):
+        s.phase, s.at = _ANSWER, 0
+    return True
 
 
-def _answer(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
+def _answer(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """M5: ack or nack, and with it the receiver settled."""
     c = link.channel
     if s.at == 2:
-        return (s, None) if memory.test(c.busy, c.mask) else (s._replace(phase=Phase.STATUS, at=0), None)
-    if not memory.test(c.nack if s.at else c.ack, c.mask):
-        return s._replace(at=1 - s.at), None
-    if link.profile.settled:
-        return s._replace(at=2), None
-    return s._replace(phase=Phase.STATUS, at=0), None
+        if memory.test(c.busy, c.mask):
+            return False
+    elif not memory.test(c.nack if s.at else c.ack, c.mask):
+        s.at = 1 - s.at
+        return s.at == 1
+    elif link.profile.settled:
+        s.at = 2
+        return True
+    s.phase, s.at = Phase.STATUS, 0
+    return True
 
 
-def _status(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
+def _status(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """Reads what the answer says. An answer to another transfer is none to this one."""
-    word = memory.load(link.channel.status)
-    code = Code(word & 0xFF) if word & 0xFF <= Code.STALE else Code.SILENT
-    message = s.message
-    if code not in TRANSIENT and word >> 8 != token(message.seq, message.aid, message.cmd):
+    word, m = memory.load(link.channel.status), s.message
+    code = CODES[word & 0xFF] if word & 0xFF < len(CODES) else Code.SILENT
+    if code not in TRANSIENT and word >> 8 != token(m.seq, m.aid, m.cmd):
         code = Code.SILENT
-    follows = Phase.LAST if code is Code.OK and message.cmd == Command.RESET else Phase.CLOSE
-    return s._replace(phase=follows, at=0, waited=0, code=code), None
+    _go(s, Phase.LAST if code is _OK and m.cmd == _RESET else _CLOSE)
+    s.code = code
+    return True
 
 
-def _last(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, None]:
+def _last(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """Reads back what the receiver had taken before it was reset."""
-    return s._replace(phase=Phase.CLOSE, last=memory.load(link.channel.last)), None
+    s.phase, s.last = _CLOSE, memory.load(link.channel.last)
+    return True
 
 
-def _close(s: Sender, link: Link, memory: Words | Watched) -> tuple[Sender, Event | None]:
-    script = link.profile.closing if s.phase is Phase.CLOSE else WITHDRAW
-    act(script, s.at, link, memory)
-    if s.at + 1 < len(script):
-        return s._replace(at=s.at + 1), None
-    return _judged(s, link)
+def _close(s: Sender, link: Link, memory: Words | Watched) -> Outcome:
+    script: Steps = link.closing if s.phase is _CLOSE else link.withdraw
+    act(script[s.at], link, memory)
+    s.at += 1
+    return s.at < len(script) or _judged(s, link)
 
 
-def _judged(s: Sender, link: Link) -> tuple[Sender, Event | None]:
+def _judged(s: Sender, link: Link) -> Outcome:
     """The flags of this side are 0: taken, once more, or given up."""
-    resets = s.message.cmd == Command.RESET
-    if s.phase is Phase.WITHDRAW and s.code is Code.OK:
-        return _attempt(s, s.message), None
-    if s.code is Code.OK:
-        rest = s._replace(phase=Phase.IDLE, at=0, open=0, frame=b"")
-        if resets:
-            return rest._replace(seq=0), Linked(s.last, s.open != 0 and s.last == s.open)
-        return rest, Done(s.seq)
+    resets, at = s.message.cmd == _RESET, s.phase
+    s.at = 0
+    if s.code is _OK:
+        if at is Phase.WITHDRAW:
+            _attempt(s, s.message)
+            return True
+        opened, s.phase, s.open, s.frame = s.open, _IDLE, 0, b""
+        if not resets:
+            return Done(s.seq)
+        s.seq = 0
+        return Linked(s.last, opened != 0 and s.last == opened)
     if (resets or s.code in TRANSIENT) and s.message.attempt < link.retries:
-        return _attempt(s, replace(s.message, attempt=s.message.attempt + 1)), None
+        _attempt(s, s.message._replace(attempt=s.message.attempt + 1))
+        return True
     return _failed(s, s.code)
 
 
-_STEPS = {
-    Phase.IDLE: _stand,
-    Phase.REST: _rest,
-    Phase.OPEN: _open,
-    Phase.ANSWER: _answer,
-    Phase.STATUS: _status,
-    Phase.LAST: _last,
-    Phase.CLOSE: _close,
-    Phase.WITHDRAW: _close,
-    Phase.FAULT: _stand,
-}
+_STEPS = (_stand, _rest, _open, _answer, _status, _last, _close, _close, _stand)
+"""By the number of the phase."""
