@@ -4,6 +4,9 @@ elapsed := time since the previous execution, 0 at the first
 error := 6 when an input is no number, 7 when one is out of its range (codes of SPEC 2.4), else 0
 if error is 0, the body runs, which may set it
 ENO := enable AND error = 0
+
+An algorithm, which a slave executes by itself, has a proxy in the program: the same checks, and then what the
+slave has told last instead of the body (SPEC 9.3).
 """
 
 from __future__ import annotations
@@ -12,9 +15,12 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from ldc.components import findings
 from ldc.components.descriptor import ENABLE, ERROR, POWER, TIME_STEP, Component, Pin
+from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
-from ldc.il.program import External, Instr, RungCode, Unit
+from ldc.il.placement import FED_ERROR, transfer_type
+from ldc.il.program import External, Instr, Pace, RungCode, Unit
 from ldc.model.project import Pou
 from ldc.symbols import Variable
 from ldc.types import BOOL, TIME, UINT, Elementary, storage
@@ -38,7 +44,7 @@ def native(component: Component, pou: Pou, digest: str) -> Unit:
     unit = Unit(
         "FUNCTION_BLOCK",
         component.name,
-        tuple(pou.variables.values()),
+        with_local_pins(component, tuple(pou.variables.values())),
         code,
         title=pou.title,
         external=external,
@@ -49,6 +55,7 @@ def native(component: Component, pou: Pou, digest: str) -> Unit:
 def wrapped(component: Component, pou: Pou, unit: Unit) -> Unit:
     """A unit that holds the body alone as the whole component. A RETURN of the body ends the body only."""
     last = Variable(_LAST, TIME, "hidden", initial=-1)
+    variables = with_local_pins(component, unit.variables)
     body = tuple(replace(r, code=tuple(_inner(i) for i in r.code)) for r in unit.rungs)
     rungs = (
         RungCode("time", tuple(_time(pou))),
@@ -56,7 +63,48 @@ def wrapped(component: Component, pou: Pou, unit: Unit) -> Unit:
         *body,
         RungCode("power", tuple(_power(component, pou)), label=_END),
     )
-    return replace(unit, variables=(*unit.variables, last), rungs=rungs)
+    return replace(unit, variables=(*variables, last), rungs=rungs)
+
+
+def with_local_pins(component: Component, variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
+    """The variables of a unit, local pins as the inputs and outputs that they are, in the order of the
+    descriptor: the same for every way to execute the component."""
+    kinds = {p.name.upper(): "input" for p in component.inputs if p.local}
+    kinds |= {p.name.upper(): "output" for p in component.outputs if p.local}
+    if not kinds:
+        return variables
+    pins = (*component.inputs, *component.parameters, *component.outputs)
+    order = {p.name.upper(): n for n, p in enumerate(pins, 1)} | {ENABLE.upper(): 0, ERROR.upper(): len(pins) + 1}
+    if component.power is not None:
+        order[component.power.upper()] = len(component.inputs) + len(component.parameters) + 0.5
+    found = [replace(v, kind=kinds.get(v.name.upper(), v.kind)) for v in variables]
+    rank = {"input": 0, "output": 1}
+    return tuple(sorted(found, key=lambda v: (rank.get(v.kind, 2), order.get(v.name.upper(), 0) if v.kind in rank
+                                              else 0)))
+
+
+def proxy(component: Component, pou: Pou, slave: int, diagnostics: Diagnostics) -> Unit | None:
+    """What the ladder calls in place of a component that ``slave`` executes by itself; None with findings when
+    a pin cannot be sent. Outputs and ``FED_ERROR`` are written between scans by what the slave feeds back."""
+    good = True
+    pins = (*component.inputs, *component.outputs, *component.parameters)
+    for variable in (v for v in pou.variables.values() if v.name.upper() in {p.name.upper() for p in pins}):
+        if transfer_type(variable.type) is None:
+            findings.no_transfer(diagnostics, variable.span, variable.name, str(variable.type))
+            good = False
+    if not good:
+        return None
+    fed, error = Variable(FED_ERROR, UINT, "hidden"), _place(pou, ERROR)
+    take = (Instr("LD", Place(FED_ERROR, UINT), UINT), Instr("ST", error, UINT))
+    rungs = (
+        RungCode("check", tuple(_check(component, pou, with_local=False))),
+        RungCode("fed", take),
+        RungCode("power", tuple(_power(component, pou)), label=_END),
+    )
+    ranges = tuple((p.name, p.low, p.high) for p in pins if (p.low, p.high) != (None, None))
+    variables = tuple(v for v in pou.variables.values() if v.kind in ("input", "output"))
+    pace = Pace(slave, component.period_us * 1000, ranges)
+    return Unit("FUNCTION_BLOCK", component.name, (*variables, fed), rungs, title=pou.title, pace=pace)
 
 
 def _inner(instr: Instr) -> Instr:
@@ -86,10 +134,12 @@ def _time(pou: Pou) -> list[Instr]:
     ]
 
 
-def _check(component: Component, pou: Pou) -> list[Instr]:
+def _check(component: Component, pou: Pou, with_local: bool = True) -> list[Instr]:
     error = _place(pou, ERROR)
     code = [Instr("LD", Const(0, UINT), UINT), Instr("ST", error, UINT)]
     for pin in (*component.inputs, *component.parameters):
+        if pin.local and not with_local:
+            continue
         place = _place(pou, pin.name)
         for test, number in _tests(pin, place):
             label = f"good_{len(code)}"

@@ -84,12 +84,14 @@ class PinTable(Struct):
     max: int | float | None = None
     value: Number | None = None
     text: str = ""
+    local: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Pin:
     """One input, output, parameter or state variable. ``low``, ``high``: the range that an input or
-    parameter must be in, in ``unit``. ``value`` is the text of its initial value, None for the type's own."""
+    parameter must be in, in ``unit``. ``value`` is the text of its initial value, None for the type's own.
+    ``local``: an input or output that is wired on the slave when that executes the component by itself."""
 
     name: str
     type: ast.TypeExpr
@@ -100,6 +102,7 @@ class Pin:
     text: str
     span: Span
     value_span: Span
+    local: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +179,10 @@ def _component(source: SourceFile, folder: Path, tables: Tables, diagnostics: Di
     _check_names(head, (*inputs, *parameters, *outputs, *state), source, tables, diagnostics)
     if isinstance(provides.power, str):
         _check_power(provides.power, outputs, tables)
+    if function.processor == "master" or function.period_us is None:
+        for pin in (*inputs, *outputs):
+            if pin.local:
+                findings.local_without_pace(diagnostics, pin.span, pin.name)
     return Component(
         source,
         folder,
@@ -235,6 +242,10 @@ class _Pins:
                 f"the range of `{table.name}` is empty: {table.min} to {table.max}",
                 "min is the smaller one",
             )
+        if table.local and path[0] == "properties":
+            self.tables.wrong(
+                (*path, "local"), f"`{table.name}` is no input or output", "only these can be wired on a slave"
+            )
         place = self.tables.spans.get((*path, "value"))
         return Pin(
             table.name,
@@ -246,6 +257,7 @@ class _Pins:
             table.text,
             self.tables.spans[(*path, "name")].value,
             place.value if place else item,
+            table.local,
         )
 
 
@@ -297,6 +309,8 @@ def _check_power(name: str, outputs: tuple[Pin, ...], tables: Tables) -> None:
         tables.wrong(
             ("provides", "power"), f"there is no output `{name}`", "name a BOOL output, or write true"
         )
+    elif pin.local:
+        tables.wrong(("provides", "power"), f"`{name}` is wired on the slave", "name a pin of the ladder")
     elif not (isinstance(pin.type, ast.NamedType) and pin.type.name.upper() == "BOOL"):
         tables.wrong(
             ("provides", "power"), f"power is BOOL, `{name}` is not", "name a BOOL output, or write true"

@@ -232,3 +232,54 @@ def cannot_write(diagnostics: Diagnostics, path: str, why: str) -> None:
         None,
         help="compiled components are kept there; XDG_CACHE_HOME names another folder",
     )
+
+
+def no_transfer(diagnostics: Diagnostics, span: Span, pin: str, type_: str) -> None:
+    diagnostics.error(
+        "LD1020",
+        f"pin `{pin}` of an algorithm has a type that is not sent between processors: {type_}",
+        span,
+        "of this type",
+        help="BOOL, REAL, LREAL (as REAL), integers and bit strings of up to 32 bits are sent; without "
+        "period_us the component is called, and all types are possible",
+    )
+
+
+def local_without_pace(diagnostics: Diagnostics, span: Span, pin: str) -> None:
+    diagnostics.error(
+        "LD1021",
+        f"pin `{pin}` is local, and no slave executes this component by itself",
+        span,
+        "wired on a slave",
+        help="give [function] a processor (slave, slave1 to slave4) and a period_us, or leave `local` out",
+    )
+
+
+def no_slot(diagnostics: Diagnostics, span: Span, name: str, path: str, slave: int, slots: int) -> None:
+    diagnostics.error(
+        "LD1022",
+        f"slave{slave} has no room for the algorithm `{path}`",
+        span,
+        f"{name} takes {slots} of its 32 slots of 128 bytes",
+        help="execute some instances on another slave, or give the component fewer pins",
+    )
+
+
+def no_such_slave(diagnostics: Diagnostics, span: Span, name: str, processor: str, slaves: str) -> None:
+    diagnostics.note(
+        "LD1023",
+        f"component {name} is called by the master: the project has no {processor}",
+        span,
+        "made for this processor",
+        help=f"its slaves are {slaves}; [processors] in ldc.toml names them",
+    )
+
+
+def called_here(diagnostics: Diagnostics, span: Span, name: str, target: str) -> None:
+    diagnostics.note(
+        "LD1024",
+        f"component {name} is called in every scan on {target}",
+        span,
+        "its own pace",
+        help="algorithms at their own pace run on this computer; firmware calls components and waits for them",
+    )

@@ -9,23 +9,33 @@ from ldc.parser import ast, parse_expression, parse_file
 from ldc.source import SourceFile, Span
 
 
-def pou(component: Component, sources: tuple[SourceFile, ...], diagnostics: Diagnostics) -> ast.Pou | None:
+def pou(
+    component: Component,
+    sources: tuple[SourceFile, ...],
+    diagnostics: Diagnostics,
+    on_slave: bool = False,
+) -> ast.Pou | None:
     """The FUNCTION_BLOCK of a component: ``enable``, inputs and parameters in, outputs, ``ENO`` and
     ``error`` out, the state as its variables. ``sources`` are the files of its body. None with findings
-    when the body of an IL or ST component cannot be read."""
+    when the body of an IL or ST component cannot be read. ``on_slave``: a slave executes it by itself, so
+    that its local pins are none of the ladder, but variables of the body."""
     name_span = component.span("component", "name")
+    inputs, outputs = (
+        tuple(p for p in pins if not (on_slave and p.local)) for pins in (component.inputs, component.outputs)
+    )
+    local = tuple(p for p in (*component.inputs, *component.outputs) if on_slave and p.local)
     sections = [
         _section(
             "VAR_INPUT",
             (
                 *_enable(component),
-                *_declared(component.inputs, diagnostics),
+                *_declared(inputs, diagnostics),
                 *_declared(component.parameters, diagnostics),
             ),
             component,
         ),
-        _section("VAR_OUTPUT", _outputs(component, diagnostics), component),
-        _section("VAR", _declared(component.state, diagnostics), component),
+        _section("VAR_OUTPUT", _outputs(component, outputs, diagnostics), component),
+        _section("VAR", _declared((*local, *component.state), diagnostics), component),
         _section("VAR_TEMP", (_variable(TIME_STEP, "TIME", name_span),), component),
     ]
     if component.native:
@@ -57,9 +67,11 @@ def _enable(component: Component) -> tuple[ast.VarDecl, ...]:
     return () if at is None else (_variable(ENABLE, "BOOL", at),)
 
 
-def _outputs(component: Component, diagnostics: Diagnostics) -> tuple[ast.VarDecl, ...]:
+def _outputs(
+    component: Component, outputs: tuple[Pin, ...], diagnostics: Diagnostics
+) -> tuple[ast.VarDecl, ...]:
     """The output that power leaves by stands first: that is where the ladder goes on."""
-    declared = _declared(component.outputs, diagnostics)
+    declared = _declared(outputs, diagnostics)
     at = component.span("provides", "power")
     power = component.power
     if power is None:

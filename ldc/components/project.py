@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass, replace
 
-from ldc.components import find, interface
+from ldc.components import find, interface, pace
 from ldc.components.descriptor import Component
 from ldc.diagnostics import Diagnostics
 from ldc.il.program import Unit
@@ -29,10 +29,14 @@ def own_sources(known: find.Known) -> frozenset[str]:
 
 
 def used(
-    files: tuple[ast.File, ...], known: find.Known, diagnostics: Diagnostics, wanted: Iterable[str] = ()
+    files: tuple[ast.File, ...],
+    known: find.Known,
+    diagnostics: Diagnostics,
+    wanted: Iterable[str] = (),
+    slaves: Set[int] = frozenset(),
 ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
     """Components that declarations name or that are wanted, by name in capitals, and a file with the
-    function block of each.
+    function block of each. ``slaves``: those that execute algorithms.
     Those of the project come first; installed packages are asked for what is still unknown."""
     declared = {name.upper() for file in files for name in _declared(file)}
     asked = False
@@ -53,7 +57,7 @@ def used(
         if component is None:
             continue
         chosen[name] = component
-        file = _file(component, diagnostics)
+        file = _file(component, slaves, diagnostics)
         made.append(file)
         todo += _named(file)
     return chosen, tuple(made)
@@ -64,9 +68,10 @@ def _nothing(source: SourceFile) -> ast.File:
     return ast.File(source, (), (), (), (), (), incomplete=True)
 
 
-def _file(component: Component, diagnostics: Diagnostics) -> ast.File:
+def _file(component: Component, slaves: Set[int], diagnostics: Diagnostics) -> ast.File:
     sources = find.body_sources(component, diagnostics)
-    pou = None if sources is None else interface.pou(component, sources, diagnostics)
+    on_slave = pace.slave_of(component, slaves) is not None
+    pou = None if sources is None else interface.pou(component, sources, diagnostics, on_slave)
     return _nothing(component.source) if pou is None else ast.File(component.source, (pou,), (), (), (), ())
 
 

@@ -19,7 +19,7 @@ import msgspec
 from ldc.expr import BitStep, Const, FieldStep, IndexStep, Load, Place, Step
 from ldc.il.layout import Layout, Symbol, lay_out
 from ldc.il.program import (
-    NUMBER, OPCODES, External, Instr, Operand, Program, Resource, Run, RungCode, Task, Unit)
+    NUMBER, OPCODES, External, Instr, Operand, Pace, Program, Resource, Run, RungCode, Task, Unit)
 from ldc.source import SourceFile, Span
 from ldc.symbols import Location, Variable
 from ldc.types import ELEMENTARY, Array, Elementary, Enum, Field, Instance, String, Struct, Subrange, Type
@@ -102,7 +102,8 @@ class _Writer:
         symbols = [[s.path, self.type(s.type), s.area, s.offset, s.size, s.type_hash, s.retain, s.bit]
                    for s in layout.symbols]
         return [self.types, types, globals_, units, resources,
-                [list(item) for item in program.safe], symbols, layout.size, layout.digest]
+                [list(item) for item in program.safe], symbols, layout.size, layout.digest,
+                *([] if not program.algorithms else [[self.unit(u) for u in program.algorithms]])]
 
     def type(self, type_: Type) -> int:
         number = self.numbers.get(type_)
@@ -137,7 +138,13 @@ class _Writer:
         return [u.kind, u.name, None if u.result is None else self.type(u.result), u.standard,
                 [self.variable(v) for v in u.variables],
                 [[r.key, r.label, r.name, [self.instr(i) for i in r.code]] for r in u.rungs],
-                *([] if u.external is None else [list(astuple(u.external))])]
+                *self.more(u)]
+
+    def more(self, u: Unit) -> list:
+        """What only units of components have."""
+        if u.pace is not None:
+            return [None, list(astuple(u.pace))]
+        return [] if u.external is None else [list(astuple(u.external))]
 
     def instr(self, i: Instr) -> list:
         row: list = [NUMBER[i.op], self.type(i.type), None if i.operand is None else self.operand(i.operand)]
@@ -171,9 +178,10 @@ class _Writer:
         def span(s: Span | None) -> list | None:
             return None if s is None else [files.setdefault(s.source, len(files)), s.start, s.end]
 
-        units = [[u.title, [[r.title, r.proof, span(r.span), [[i.element, span(i.span)] for i in r.code]]
-                            for r in u.rungs]] for u in program.units]
-        return [units, [[f.path, f.text] for f in files], program.name]
+        units, algorithms = (
+            [[u.title, [[r.title, r.proof, span(r.span), [[i.element, span(i.span)] for i in r.code]]
+                        for r in u.rungs]] for u in group] for group in (program.units, program.algorithms))
+        return [units, [[f.path, f.text] for f in files], program.name, *([algorithms] if algorithms else [])]
 
 
 class _Reader:
@@ -194,10 +202,12 @@ class _Reader:
                 rname, processor,
                 tuple(Task(t[0], t[1], t[2], None if t[3] is None else self.place(t[3]), t[4]) for t in tasks),
                 tuple(Run(*run) for run in runs)) for rname, processor, tasks, runs in resources),
-            tuple((path, value) for path, value in safe), self.notes[2])
+            tuple((path, value) for path, value in safe), self.notes[2],
+            tuple(self.unit(u, n) for rows, notes in zip(self.core[9:], self.notes[3:], strict=True)
+                  for u, n in zip(rows, notes, strict=True)))
 
     def layout(self) -> Layout:
-        symbols, size, layout_hash = self.core[6:]
+        symbols, size, layout_hash = self.core[6:9]
         rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in symbols)
         layout = Layout(rows, size)
         if layout.digest != layout_hash:
@@ -228,12 +238,14 @@ class _Reader:
                         None if location is None else Location.parse(location))
 
     def unit(self, row: list, notes: list) -> Unit:
-        kind, name, result, standard, variables, rungs, *external = row
+        kind, name, result, standard, variables, rungs, *more = row
+        external, pace = *more, *(None, None)[len(more):]
         title, rung_notes = notes
         return Unit(kind, name, tuple(self.variable(v) for v in variables),
                     tuple(self.rung(r, n) for r, n in zip(rungs, rung_notes, strict=True)),
                     None if result is None else self.types[result], title, standard,
-                    External(*external[0]) if external else None)
+                    External(*external) if external else None,
+                    Pace(*pace[:2], tuple(tuple(r) for r in pace[2])) if pace else None)
 
     def rung(self, row: list, notes: list) -> RungCode:
         key, label, name, code = row

@@ -94,9 +94,21 @@ class External:
 
 
 @dataclass(frozen=True, slots=True)
+class Pace:
+    """What makes a function block the proxy of an algorithm: slave 1 .. 4 executes the unit of its name in
+    ``Program.algorithms`` by itself, every ``period`` nanoseconds. ``ranges``: least and greatest value of
+    pins that have such, None: no bound."""
+
+    slave: int
+    period: int
+    ranges: tuple[tuple[str, float | None, float | None], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Unit:
     """A POU in IL. ``variables`` holds pins, locals, hidden memories and temporaries in order. The
-    result of a FUNCTION is kept in a local variable with the function's own name."""
+    result of a FUNCTION is kept in a local variable with the function's own name. ``pace``: it stands for an
+    algorithm of a slave, and has the pins that go between the two."""
 
     kind: str
     name: str
@@ -106,6 +118,7 @@ class Unit:
     title: str | None = None
     standard: bool = False
     external: External | None = None
+    pace: Pace | None = None
 
     @property
     def arguments(self) -> tuple[Variable, ...]:
@@ -148,7 +161,8 @@ class Resource:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A whole compiled project: units (callees before callers), globals and how they run."""
+    """A whole compiled project: units (callees before callers), globals and how they run. ``algorithms``:
+    what slaves execute by themselves, each under the name of its proxy in ``units``."""
 
     units: tuple[Unit, ...]
     types: tuple[Type, ...]
@@ -156,6 +170,7 @@ class Program:
     resources: tuple[Resource, ...]
     safe: tuple[tuple[str, object], ...] = ()
     name: str = ""
+    algorithms: tuple[Unit, ...] = ()
 
     def unit(self, name: str) -> Unit:
         key = name.upper()
