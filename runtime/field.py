@@ -1,0 +1,74 @@
+"""The field: what is wired to the controller, as words that plant and processors share (SPEC 1.2, 12).
+
+Every point is one 32-bit word in the byte order of the machine: local pins of algorithms, and located inputs
+and outputs of the master. Its one writer is the plant (what the controller reads), the slave or the master.
+The same over bytes of a process and over shared memory; nothing is copied.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+
+from ldc.il.placement import Point
+
+Value = bool | int | float
+_FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
+
+
+class UnknownPoint(LookupError):
+    """The field has no point of that path; the message names near ones."""
+
+
+def field_size(places: Mapping[str, Point]) -> int:
+    """Bytes that a field with these points takes."""
+    return 4 * max((place.index + 1 for place in places.values()), default=0)
+
+
+class Field:
+    """``places``: the points by path in capitals (``ldc.il.placement.points``). ``asked``: those of them that
+    somebody has asked for, so that nobody copies what nobody reads."""
+
+    __slots__ = ("places", "asked", "_views", "_bytes")
+
+    def __init__(self, buffer: bytearray | memoryview, places: Mapping[str, Point]) -> None:
+        self.places, self.asked = places, set()
+        self._bytes = memoryview(buffer).cast("B")[: len(buffer) // 4 * 4]
+        self._views = {code: self._bytes.cast(code) for code in "fiI"}
+
+    def reader(self, path: str) -> Callable[[], Value]:
+        """A function that gives the value of a point. Raises UnknownPoint."""
+        place = self._find(path)
+        view, index = self._views[_FORMATS[place.type]], place.index
+        if place.type == "bool32":
+            return lambda: view[index] != 0
+        return lambda: view[index]
+
+    def writer(self, path: str) -> Callable[[Value], None]:
+        """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError for
+        values that are none of the type. Raises UnknownPoint."""
+        place = self._find(path)
+        view, index = self._views[_FORMATS[place.type]], place.index
+
+        def write(value: Value) -> None:
+            view[index] = value
+
+        def switch(value: Value) -> None:
+            view[index] = bool(value)
+
+        return switch if place.type == "bool32" else write
+
+    def _find(self, path: str) -> Point:
+        key = path.strip().upper()
+        if key not in self.places:
+            near = difflib.get_close_matches(key, self.places, 1)
+            hint = f", did you mean `{near[0].lower()}`?" if near else ""
+            raise UnknownPoint(f"the field has no point `{path}`{hint}")
+        self.asked.add(key)
+        return self.places[key]
+
+    def close(self) -> None:
+        """Lets the buffer go, which can be closed then; readers and writers end."""
+        for view in self._views.values():
+            view.release()
+        self._bytes.release()
