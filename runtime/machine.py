@@ -7,7 +7,7 @@ What an engine does in its own way is below "of the engine"; ``runtime.vm`` and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import gcd
 
@@ -227,6 +227,13 @@ class Machine:
         """The first part of a scan for those who execute tasks themselves: latches, tells what is due."""
         self.latch()
         return [s for s in (self.schedules if self._always else self.due()) if not s.stopped]
+
+    def pieces(self, schedule: Schedule, now_ns: int | None = None) -> Iterator[int]:
+        """One execution of a task that is due, in indivisible pieces: each ``next`` executes one and tells what
+        it cost, in ns. Here the task is one piece without cost. ``now_ns``: the time when it begins, when
+        that is later than the scan."""
+        self._execute(schedule)
+        yield 0
 
     def end(self) -> None:
         """The last part of a scan."""

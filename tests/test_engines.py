@@ -18,7 +18,9 @@ from ldc.il import text as il_text
 from ldc.manifest import Sources
 from ldc.model.settings import Settings
 from ldc.source import SourceFile
+from runtime.cost import Cost
 from runtime.vm.machine import Machine
+from runtime.vm.paced import Machine as PacedMachine
 from runtime.vm.stepping import Stepper
 
 PERIOD = 10_000_000
@@ -47,7 +49,8 @@ def compare(text: str, stimuli: list[dict[str, object]]) -> None:
     shallow = compiled(text, max_paren_depth=0, verify=False).program
     reference = ReferenceMachine(result.model, {n: [b.graph for b in bs] for n, bs in result.units.items()})
     machines = {"vm": Machine(result.program, period_ns=PERIOD), "read back": Machine(read_back, period_ns=PERIOD),
-                "depth 0": Machine(shallow, period_ns=PERIOD)}
+                "depth 0": Machine(shallow, period_ns=PERIOD),
+                "pieces": PacedMachine(result.program, period_ns=PERIOD, cost=Cost(instruction=50))}
     stepped = Machine(result.program, period_ns=PERIOD)
     scans = {name: machine.scan for name, machine in machines.items()} | {"stepping": Stepper(stepped).scan}
     machines["stepping"] = stepped

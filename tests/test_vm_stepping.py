@@ -10,7 +10,9 @@ from il_build import program, simple, unit, var
 
 from ldc.il.program import Task
 from ldc.types import DINT, INT, LREAL, REAL, SINT, TIME, UINT, WORD, Array, Field, Instance, String, Struct
+from runtime.cost import Cost
 from runtime.vm.machine import Machine
+from runtime.vm.paced import Machine as PacedMachine
 from runtime.vm.stepping import Stepper
 
 POINT = Struct("point", (Field("x", INT), Field("on", var("_").type)))
@@ -251,19 +253,23 @@ def state(machine: Machine) -> list:
 
 
 def differences(rungs: list[list[str]], seed: int) -> list:
-    """What three scans with random inputs leave different; empty when stepping equals compiled."""
+    """What three scans with random inputs leave different; empty when stepping, and executing by pieces, equal
+    compiled."""
     source, random = assemble(rungs), Random(seed)
-    compiled, stepped = Machine(source), Machine(source)
+    compiled, stepped, pieced = Machine(source), Machine(source), PacedMachine(source, cost=Cost(1))
     stepper = Stepper(stepped)
     for _ in range(3):
         for name in ("b0", "b1", "b5", "i0", "i1", "w0"):
             value = random.randint(0, 1) if name[0] == "b" else random.randint(0, 2)
-            compiled.set(name, value), stepped.set(name, value)
+            for machine in (compiled, stepped, pieced):
+                machine.set(name, value)
         compiled.scan()
         stepper.scan()
-        found = [pair for pair in zip(state(compiled), state(stepped), strict=True) if pair[0] != pair[1]]
-        if found or compiled.faults != stepped.faults or compiled.checksum() != stepped.checksum():
-            return [*found, compiled.faults, stepped.faults]
+        pieced.scan()
+        for other in (stepped, pieced):
+            found = [pair for pair in zip(state(compiled), state(other), strict=True) if pair[0] != pair[1]]
+            if found or compiled.faults != other.faults or compiled.checksum() != other.checksum():
+                return [*found, compiled.faults, other.faults]
     return []
 
 

@@ -100,6 +100,8 @@ class Body(Access):
                 self._emit("while True:")
                 self.indent += 1
                 ends.append(self.plan.loops.ends[at] + 1)
+            if at in flat.starts:
+                self._rung(at)
             if at in flat.labels:
                 self.acc = None
             elif at in flat.starts and (instr.op in FORGETS) and not self.stack:
@@ -126,6 +128,13 @@ class Body(Access):
             self._emit(self._result())
         elif not self.lines:
             self._emit("pass")
+
+    def _rung(self, at: int) -> None:
+        """A rung begins."""
+
+    def _tick(self, target: int) -> None:
+        """The jump in work goes backwards."""
+        self._emit("_tick()")
 
     def _open(self) -> None:
         self.indent += 1
@@ -262,7 +271,7 @@ class Body(Access):
             self._emit(f"if {condition}:")
             self.indent += 1
         if target <= self.at:
-            self._emit("_tick()")
+            self._tick(target)
         past = target >= len(self.flat.code)
         segments = self.plan.segments
         self._emit(f"pc = {len(segments) if past else bisect_left(segments, target)}")
@@ -276,13 +285,13 @@ class Body(Access):
         if self.plan.loops.ends.get(target) == self.at:
             if condition != "True":
                 self._emit(f"if {_negated(condition)}: break")
-            self._emit("_tick()")
+            self._tick(target)
         elif target > self.at:
             self._emit(f"if {condition}: break")
         else:
             self._emit(f"if {condition}:")
             self.indent += 1
-            self._emit("_tick()")
+            self._tick(target)
             self._emit("continue")
             self.indent -= 1
 

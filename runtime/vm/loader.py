@@ -69,13 +69,15 @@ class Code:
         return tuple(found)
 
 
-def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = ()) -> Code:
+def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = (),
+         body: Callable[..., Body] = Body, watchdog: Watchdog | None = None) -> Code:
     """A fresh memory and the functions that run on it; ``bindings``: where the native code of its components
-    is. Raises BadCode for IL that verification refuses, MissingNative when native code is not bound."""
+    is; ``body``: what translates a unit. Raises BadCode for IL that verification refuses, MissingNative when
+    native code is not bound."""
     layout = lay_out(program, resource)
     memory = Memory(layout)
     calls = Calls(memory)
-    watchdog = Watchdog()
+    watchdog = watchdog or Watchdog()
     namespace = memory.namespace
     namespace[NOW], namespace[FIRST_SCAN] = 0, True
     sources: dict[str, tuple[Unit, Source]] = {}
@@ -86,10 +88,10 @@ def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = ()) 
             name = calls.user(unit)
         else:
             continue
-        sources[f"<il {unit.name}>"] = unit, Body(unit, Names(layout, unit, None), name, calls).source()
+        sources[f"<il {unit.name}>"] = unit, body(unit, Names(layout, unit, None), name, calls).source()
     for number, (run, _) in enumerate(layout.programs):
         unit = layout.units[run.pou.upper()]
-        source = Body(unit, Names(layout, unit, number), f"run_{number}", calls).source()
+        source = body(unit, Names(layout, unit, number), f"run_{number}", calls).source()
         sources[f"<il {unit.name} {number} {slot(run.name)}>"] = unit, source
     namespace.update(calls.names)
     namespace.update(_natives(program, layout, calls, namespace, bindings))

@@ -30,9 +30,12 @@ class Machine(machine.Machine):
     _keeper: Keeper | None = field(init=False, repr=False, default=None)
 
     def _load(self) -> Layout:
-        self.code = load(self.program, self.resource, self.bindings)
+        self.code = self._code()
         self._namespace, self._watchdog, self.pending = self.code.namespace, self.code.watchdog, {}
         return self.code.layout
+
+    def _code(self) -> Code:
+        return load(self.program, self.resource, self.bindings)
 
     def value(self, symbol: Symbol) -> object:
         return memory.get(self._namespace, symbol)
