@@ -61,14 +61,15 @@ class Variable:
     """``kind``: input output in_out local temp external global hidden.
 
     ``hidden``: memory that the compiler made (edge memories, loop memories), part of the state;
-    ``temp``: has no state between two executions of the POU.
+    ``temp``: has no state between two executions of the POU. ``retain``: None for NON_RETAIN, which
+    leaves a variable of a function block out of what a RETAIN instance keeps.
     """
 
     name: str
     type: Type
     kind: str = "local"
     initial: Value | None = None
-    retain: bool = False
+    retain: bool | None = False
     constant: bool = False
     location: Location | None = None
     span: Span | None = None

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable
-from struct import pack
+from struct import pack, unpack
 
 from ldc.types import String, Type, storage
 from runtime.symbols import Symbol
@@ -38,3 +38,28 @@ def canonical(value, type_: Type) -> bytes:
     if base.kind == "bool":
         return b"\1" if value else b"\0"
     return (value & (1 << base.bits) - 1).to_bytes(base.bits // 8, "little")
+
+
+def value_of(data: bytes, at: int, type_: Type) -> tuple[object, int]:
+    """The value whose canonical bytes begin at ``at``, and where they end; a string is cut to its length.
+    Raises ValueError when there are too few bytes."""
+    if isinstance(type_, String):
+        wide = type_.name != "STRING"
+        count = int.from_bytes(_bytes(data, at, 4), "little")
+        raw = _bytes(data, at + 4, count * (2 if wide else 1))
+        value = raw.decode("utf-16-le", "surrogatepass") if wide else raw
+        return value[:type_.length], at + 4 + len(raw)
+    base = storage(type_)
+    size = max(base.bits // 8, 1)
+    raw = _bytes(data, at, size)
+    if base.kind == "real":
+        return unpack("<f" if base.bits == 32 else "<d", raw)[0], at + size
+    if base.kind == "bool":
+        return raw != b"\0", at + size
+    return int.from_bytes(raw, "little", signed=base.range[0] < 0), at + size
+
+
+def _bytes(data: bytes, at: int, count: int) -> bytes:
+    if at + count > len(data):
+        raise ValueError(f"{len(data)} bytes are too few")
+    return data[at:at + count]

@@ -165,7 +165,7 @@ class Symbols:
         if is_scalar(type_):
             yield Symbol(path, type_, home, keys, None, area)
         elif isinstance(type_, Array):
-            for offset, index in enumerate(_indexes(type_)):
+            for offset, index in enumerate(indexes(type_)):
                 inside = (*keys, offset)
                 yield from self._leaves(f"{path}[{index}]", type_.element, home, inside, area, hidden)
         elif isinstance(type_, Struct):
@@ -200,7 +200,8 @@ def _is_bits(type_: Type) -> bool:
     return isinstance(kind, Elementary) and kind.kind == "bits"
 
 
-def _indexes(type_: Array) -> Iterator[str]:
+def indexes(type_: Array) -> Iterator[str]:
+    """The index of every element as it is written, in the order in which they lie: ``0,1``."""
     counts = [low for low, _ in type_.bounds]
     for _ in range(type_.count):
         yield ",".join(map(str, counts))

@@ -14,6 +14,7 @@ from ldc.types import Array, Enum, Instance, Struct, Subrange, Type, Value, defa
 
 _KEYWORD = {"input": "VAR_INPUT", "output": "VAR_OUTPUT", "in_out": "VAR_IN_OUT", "local": "VAR",
             "hidden": "VAR", "temp": "VAR_TEMP", "external": "VAR_EXTERNAL", "global": "VAR_GLOBAL"}
+_RETAIN = {False: "", True: " RETAIN", None: " NON_RETAIN"}
 
 
 class Declarations:
@@ -77,7 +78,7 @@ class Declarations:
     def variables(self, variables: Iterable[Variable], unit: str | None, indent: str = "") -> Iterator[str]:
         """VAR blocks in the order given, one per run of variables of one kind."""
         for (keyword, retain, constant, made), group in groupby(variables, _block_of):
-            qualifiers = " CONSTANT" * constant + " RETAIN" * retain
+            qualifiers = " CONSTANT" * constant + _RETAIN[retain]
             note = " (* made by ldc *)" if made else ""
             yield f"{indent}{keyword}{qualifiers}{note}"
             rows = self._declared(list(group), unit)
@@ -150,10 +151,10 @@ def _collect(type_: Type, named: dict[str, Type]) -> None:
             named.setdefault(name, type_)
 
 
-def _block_of(variable: Variable) -> tuple[str, bool, bool, bool]:
+def _block_of(variable: Variable) -> tuple[str, bool | None, bool, bool]:
     made = variable.name.upper().startswith("_LDC_")
     keyword = "VAR" if made else _KEYWORD[variable.kind]
-    return keyword, variable.retain and not made, variable.constant, made
+    return keyword, not made and variable.retain, variable.constant, made
 
 
 def _last(path: str) -> str:

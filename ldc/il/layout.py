@@ -66,7 +66,7 @@ def lay_out(program: Program, previous: Layout | None = None) -> Layout:
             place = variable.location
             bit = place.bit if place.size == "X" else None
             symbols.append(Symbol(path, variable.type, place.area, place.byte, size, digest,
-                                  variable.retain, bit))
+                                  bool(variable.retain), bit))
             continue
         kept = old.get(path.upper())
         if kept is not None and kept.type_hash == digest:
@@ -74,7 +74,7 @@ def lay_out(program: Program, previous: Layout | None = None) -> Layout:
         else:
             offset = -(-end // align) * align
             end = offset + size
-        symbols.append(Symbol(path, variable.type, "D", offset, size, digest, variable.retain))
+        symbols.append(Symbol(path, variable.type, "D", offset, size, digest, bool(variable.retain)))
     return Layout(tuple(symbols), end)
 
 

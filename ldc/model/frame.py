@@ -157,8 +157,8 @@ class Frame:
             location = self._location(node, block, known.type)
             if location is None:
                 return None
-        return Variable(node.name, known.type, kind, initial, "RETAIN" in block.qualifiers, constant,
-                        location, node.span)
+        retain = None if "NON_RETAIN" in block.qualifiers else "RETAIN" in block.qualifiers
+        return Variable(node.name, known.type, kind, initial, retain, constant, location, node.span)
 
     def type_of(self, node: ast.TypeExpr) -> Known | None:
         """The type that is written in a declaration (``a, b : INT`` shares one)."""

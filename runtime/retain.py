@@ -1,0 +1,203 @@
+"""RETAIN variables: which they are, their values at the start and at a save (docs/retain.md).
+
+A variable is retained when its section says so, with all that is in it; in a function block each section can
+say it for itself, and NON_RETAIN leaves out what the instance would keep. Values are known by path and type.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from ldc.il import block
+from ldc.il.layout import type_hash
+from ldc.symbols import Variable
+from ldc.types import Array, String, Struct, Subrange, Type, is_scalar, storage
+from runtime.checksum import canonical, value_of
+from runtime.in_block import InBlock
+from runtime.layout import Cell, Layout, Root, slot
+from runtime.machine import Machine
+from runtime.retain_file import Entry, Kept
+from runtime.symbols import Key, Symbol, has_state, indexes
+from runtime.vm import machine as vm
+from runtime.vm.keeper import duplicate
+from runtime.vm.memory import get
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A scalar, or an array of scalars, that is retained. ``type``: of one scalar; ``hash``: of it all."""
+
+    path: str
+    type: Type
+    hash: str
+    symbols: tuple[Symbol, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Restored:
+    """Paths by what became of them. ``changed``: another program was saved."""
+
+    kept: tuple[str, ...]
+    initialised: tuple[str, ...]
+    dropped: tuple[str, ...]
+    changed: bool
+
+
+def leaves(layout: Layout) -> tuple[Leaf, ...]:
+    """All that is retained, in declared order. Linear in the number of scalars."""
+    hashes: dict[Type, str] = {}
+    walk = _Walk(layout, hashes)
+    return tuple(leaf for root in layout.roots() if not root.variable.constant
+                 for leaf in walk.root(root))
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    layout: Layout
+    hashes: dict[Type, str]
+
+    def root(self, root: Root) -> Iterator[Leaf]:
+        location = root.variable.location
+        area = location.area if location else ""
+        yield from self.part(Symbol(root.path, root.variable.type, root.home, (), None, area),
+                             root.variable.type, bool(root.variable.retain))
+
+    def part(self, at: Symbol, type_: Type, retain: bool) -> Iterator[Leaf]:
+        """``at``: path and place of the part; depth is that of its type."""
+        if is_scalar(type_):
+            if retain:
+                yield self.leaf(at, type_, type_, (at,))
+        elif isinstance(type_, Array):
+            if is_scalar(type_.element):
+                if retain:
+                    all_of = tuple(self.inside(at, "", n, type_.element) for n in range(type_.count))
+                    yield self.leaf(at, type_, type_.element, all_of)
+                return
+            for n, index in enumerate(indexes(type_)):
+                yield from self.part(self.inside(at, f"[{index}]", n, type_.element), type_.element, retain)
+        elif isinstance(type_, Struct):
+            for f in type_.fields:
+                yield from self.part(self.inside(at, f".{f.name}", slot(f.name), f.type), f.type, retain)
+        else:
+            for v in self.layout.units[type_.pou.upper()].variables:
+                if has_state(v):
+                    inside = self.inside(at, f".{v.name}", slot(v.name), v.type)
+                    yield from self.part(inside, v.type, _says(v, retain))
+
+    def inside(self, at: Symbol, more: str, key: Key, type_: Type) -> Symbol:
+        return Symbol(at.path + more, type_, at.home, (*at.keys, key), None, at.area)
+
+    def leaf(self, at: Symbol, whole: Type, one: Type, symbols: tuple[Symbol, ...]) -> Leaf:
+        if whole not in self.hashes:
+            self.hashes[whole] = type_hash(whole, self.layout.units)
+        return Leaf(at.path.upper(), one, self.hashes[whole], symbols)
+
+
+def _says(variable: Variable, inherited: bool) -> bool:
+    return variable.retain is not None and (inherited or variable.retain)
+
+
+# ---- saving ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Whose values they are; see ``Kept``."""
+
+    name: str
+    program: str
+    layout: str
+
+
+def saver(machine: Machine, identity: Identity) -> Callable[[], Callable[[], Kept]]:
+    """A function that copies what is retained, quickly and between two scans; what it gives makes the save
+    of it, in any thread."""
+    found = leaves(machine.layout)
+    copy = _copier(machine, tuple(symbol for leaf in found for symbol in leaf.symbols))
+
+    def take() -> Callable[[], Kept]:
+        scan, now, values = machine.scans, machine.now_ns, copy()
+        return lambda: Kept(identity.name, identity.program, identity.layout, scan, now,
+                            _entries(found, iter(values())))
+
+    return take
+
+
+def _copier(machine: Machine, symbols: tuple[Symbol, ...]) -> Callable[[], Callable[[], Iterator]]:
+    """Native memory is copied as it is, of the virtual machine the objects that hold the values."""
+    if isinstance(machine, InBlock):
+        spots = [machine.spot(symbol) for symbol in symbols]
+
+        def take() -> Callable[[], Iterator]:
+            data = bytes(machine.memory)
+            return lambda: (block.read(data, spot) for spot in spots)
+
+    elif isinstance(machine, vm.Machine) and all(isinstance(s.home, Cell) for s in symbols):
+        namespace, names = machine.code.namespace, tuple({s.home.name: None for s in symbols})
+
+        def take() -> Callable[[], Iterator]:
+            cells = {name: duplicate(namespace[name]) for name in names}
+            return lambda: (get(cells, symbol) for symbol in symbols)
+
+    else:
+
+        def take() -> Callable[[], Iterator]:
+            values = machine.sample(symbols)
+            return lambda: iter(values)
+
+    return take
+
+
+def _entries(found: tuple[Leaf, ...], values: Iterator) -> list[Entry]:
+    rows = []
+    for leaf in found:
+        part = [next(values) for _ in leaf.symbols]
+        kind = None if isinstance(leaf.type, String) else storage(leaf.type)
+        if kind is None or kind.kind == "real" or len(part) == 1:
+            data = b"".join(canonical(value, leaf.type) for value in part)
+        else:
+            data = struct.pack(f"<{len(part)}{block.code(kind)[1]}", *part)
+        rows.append(Entry(leaf.path, leaf.hash, data))
+    return rows
+
+
+# ---- at the start ------------------------------------------------------------------------------------
+
+
+def restore(machine: Machine, kept: Kept, program: str) -> Restored:
+    """Puts saved values into a machine before its first scan. The program's time goes on where it was, so
+    that timers that are retained keep what has elapsed. ``program``: SHA-256 of the one that will run.
+
+    Raises ValueError, and leaves the machine as it was, when bytes are no value of their type.
+    """
+    entries = {entry.path: entry for entry in kept.entries}
+    values: list[tuple[Symbol, object]] = []
+    same, initialised = [], []
+    for leaf in leaves(machine.layout):
+        entry = entries.get(leaf.path)
+        part = None if entry is None or entry.type != leaf.hash else _values(entry, leaf)
+        if part is None:
+            initialised.append(leaf.path)
+            continue
+        del entries[leaf.path]
+        same.append(leaf.path)
+        values += zip(leaf.symbols, part, strict=True)
+    for symbol, value in values:
+        machine.assign(symbol, value)
+    machine.now_ns = kept.now_ns
+    return Restored(tuple(same), tuple(initialised), tuple(entries), program != kept.program)
+
+
+def _values(entry: Entry, leaf: Leaf) -> list[object] | None:
+    """None when a subrange does not hold them any more: its bounds are no part of the hash."""
+    found, at = [], 0
+    for _ in leaf.symbols:
+        value, at = value_of(entry.data, at, leaf.type)
+        found.append(value)
+    if at != len(entry.data):
+        raise ValueError(f"{leaf.path} has {len(entry.data)} bytes, {at} are its values")
+    if isinstance(leaf.type, Subrange) and not all(leaf.type.low <= value <= leaf.type.high for value in found):
+        return None
+    return found

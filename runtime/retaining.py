@@ -1,0 +1,104 @@
+"""When a run saves what is retained: at the first scan boundary after each interval, and at its end.
+
+In virtual time a save is made where it is due. Scans that have their time must not wait for a disk: a copy
+is taken between two scans, and a thread of its own makes and writes the save; when the disk is slower than the
+interval, the newest copy is written next and those before it are left out.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from runtime.machine import Machine
+from runtime.retain import Identity, saver
+from runtime.retain_file import Kept, Store
+
+Job = Callable[[], Kept]
+
+
+class Retaining:
+    """Saves the machine that runs. ``every_ns``: of the program's time; ``beside``: in a thread.
+    ``saved`` is told the scan of each save that is on the disk, ``failed`` the first that could not be made:
+    the program runs on."""
+
+    def __init__(self, machine: Machine, identity: Identity, store: Store, every_ns: int, beside: bool,
+                 failed: Callable[[OSError], None], saved: Callable[[int], None] = lambda scan: None) -> None:
+        self._store, self._every = store, every_ns
+        self._failed, self._saved = failed, saved
+        self._told = False
+        self.follow(machine, identity)
+        self._due = machine.now_ns + every_ns
+        self._writer = _Writer(self._write) if beside else None
+
+    def follow(self, machine: Machine, identity: Identity) -> None:
+        """Another program goes on with the state."""
+        self._machine, self._take = machine, saver(machine, identity)
+
+    def scanned(self) -> None:
+        """To be called after every scan."""
+        now = self._machine.now_ns
+        if now < self._due:
+            return
+        self._due = now + self._every
+        if self._writer is None:
+            self._write(self._take())
+        else:
+            self._writer.give(self._take())
+
+    def close(self) -> None:
+        """The last save, made between two scans. Raises OSError when it cannot be."""
+        if self._writer is not None:
+            self._writer.end()
+        kept = self._take()()
+        self._store.save(kept)
+        self._saved(kept.scan)
+
+    def abandon(self) -> None:
+        """Ends without a save, in the midst of a scan: what is on the disk stays."""
+        if self._writer is not None:
+            self._writer.end()
+
+    def _write(self, job: Job) -> None:
+        try:
+            kept = job()
+            self._store.save(kept)
+        except OSError as error:
+            if not self._told:
+                self._told = True
+                self._failed(error)
+        else:
+            self._saved(kept.scan)
+
+
+class _Writer:
+    """A thread that does the newest job that it was given."""
+
+    def __init__(self, write: Callable[[Job], None]) -> None:
+        self._write, self._job = write, None
+        self._given = threading.Condition()
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="retain", daemon=True)
+        self._thread.start()
+
+    def give(self, job: Job) -> None:
+        with self._given:
+            self._job = job
+            self._given.notify()
+
+    def end(self) -> None:
+        """Returns when nothing is being written any more; what still waits is left out."""
+        with self._given:
+            self._ended, self._job = True, None
+            self._given.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._given:
+                while self._job is None and not self._ended:
+                    self._given.wait()
+                if self._ended:
+                    return
+                job, self._job = self._job, None
+            self._write(job)
