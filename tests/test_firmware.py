@@ -21,7 +21,8 @@ from ldc.model.settings import Settings
 from ldc.source import SourceFile
 from runtime.stimuli import Stimuli
 
-SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml"))
+SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml")
+                 if "[plant]" not in p.read_text())
 TOOLS = toolchain.GCC, toolchain.ARM_GCC, toolchain.QEMU_ARM
 MISSING = ", ".join(tool.command for tool in TOOLS if toolchain.find(tool) is None)
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{MISSING} not installed: script/bootstrap --with-arm")

@@ -1,0 +1,167 @@
+"""The injection machine as its controller sees it: rulers, valves, clamping force (SPEC 12.1).
+
+An axis follows the velocity reference behind a valve: dv/dt = (g * reference(t - delay) - v) / lag, dx/dt = v. The
+gain g is drawn for each motion (the temperature of the oil), the delay for each start and each stop (the valve). The
+solution is exact between two changes of the delayed reference. A ruler shows x with noise, in steps. In the hold
+phase the screw creeps towards where the packed melt stops it. Lengths in mm, times in s (``step``: ns), velocities
+in mm/s, pressures in bar, forces in kN.
+
+``journal`` tells the truth that no ruler shows: (time in ns, axis, what moved it, position where it came to rest).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from math import exp
+from random import Random
+
+AT_REST = 0.01  # mm/s; what is left of the way is less than 0.1 um
+
+
+class Drive:
+    """What moves an axis: a valve or a servo drive, with its lag, its delay and their spread."""
+
+    def __init__(self, name: str, read: Callable[[], float], settings: dict, gain_sd: float) -> None:
+        self.name, self.read, self.gain_sd = name, read, settings.get("gain_sd", gain_sd)
+        self.lag = settings["lag_s"]
+        self.delay_ns, self.delay_sd_ns = settings["delay_s"] * 1e9, settings["delay_sd_s"] * 1e9
+        self.reference = 0.0
+
+
+class Axis:
+    """One mass on one ruler; one of its drives moves it at a time."""
+
+    def __init__(self, name: str, position: float, drives: list[Drive], show: list[Callable[[float], None]],
+                 sensor: dict, random: Random, journal: list) -> None:
+        self.name, self.position, self.velocity, self.still = name, position, 0.0, True
+        self.drive = drives[0]
+        self.show, self.noise, self.grain = show, sensor["noise_mm"], sensor["step_mm"]
+        self.random, self.journal = random, journal
+        self.reached, self.gain, self.delay_ns = 0.0, 1.0, 0.0
+        self.coming: deque[tuple[float, float]] = deque()  # (when it reaches the axis, velocity), by time
+        self.measure()
+
+    def measure(self) -> None:
+        """The ruler: noise first, then its steps."""
+        shown = round((self.position + self.random.gauss(0.0, self.noise)) / self.grain) * self.grain
+        for show in self.show:
+            show(shown)
+
+    def command(self, drive: Drive, reference: float, now_ns: int) -> None:
+        """A drive has another reference since ``now_ns``; a start and a stop are commands of their own."""
+        if drive.reference == 0.0:
+            self.drive, self.gain = drive, self.random.gauss(1.0, drive.gain_sd)
+        if drive.reference == 0.0 or reference == 0.0:
+            self.delay_ns = max(0.0, self.random.gauss(drive.delay_ns, drive.delay_sd_ns))
+        drive.reference = reference
+        at = now_ns + self.delay_ns
+        if self.coming:
+            at = max(at, self.coming[-1][0])
+        self.coming.append((at, reference * self.gain))
+        self.still = False
+
+    def glide(self, ns: float) -> None:
+        """Moves with the velocity that has reached the axis."""
+        lag, seconds = self.drive.lag, ns * 1e-9
+        decay = exp(-seconds / lag)
+        excess = self.velocity - self.reached
+        self.position += self.reached * seconds + excess * lag * (1.0 - decay)
+        self.velocity = self.reached + excess * decay
+
+    def step(self, since_ns: int, now_ns: int) -> None:
+        """Moves on; not called while it stands still."""
+        coming = self.coming
+        while coming and coming[0][0] < now_ns:
+            when, velocity = coming.popleft()
+            if when > since_ns:
+                self.glide(when - since_ns)
+                since_ns = when
+            self.reached = velocity
+        self.glide(now_ns - since_ns)
+        if self.reached == 0.0 and not coming and abs(self.velocity) < AT_REST:
+            self.velocity, self.still = 0.0, True
+            self.journal.append((now_ns, self.name, self.drive.name, self.position))
+        self.measure()
+
+
+class Hold:
+    """The hold phase: the screw packs the melt while there is pressure and no drive moves it."""
+
+    def __init__(self, screw: Axis, settings: dict, random: Random) -> None:
+        self.screw, self.settings, self.random = screw, settings, random
+        self.packed, self.lag = 0.0, 0.0
+        self.holds = False
+
+    def begin(self, pressure: float) -> None:
+        """Draws this shot: how far it can be packed, and how fast."""
+        s, gauss = self.settings, self.random.gauss
+        way = s["mm_per_bar"] * pressure * gauss(1.0, s["pressure_sd"])
+        self.packed = s["full_at_mm"] - way + gauss(0.0, s["shot_sd_mm"])
+        self.lag = s["lag_s"] * gauss(1.0, s["lag_sd"])
+        self.holds = True
+
+    def step(self, now_ns: int, seconds: float, pressure: float) -> None:
+        """Packs while there is pressure; not called when there was none and is none."""
+        if pressure > 0.0 and self.screw.still:
+            if not self.holds:
+                self.begin(pressure)
+            self.screw.position += (self.packed - self.screw.position) * (1.0 - exp(-seconds / self.lag))
+            self.screw.measure()
+        elif self.holds and pressure == 0.0:
+            self.holds = False
+            self.screw.journal.append((now_ns, "screw", "hold", self.screw.position))
+
+
+class Plant:
+    """Clamp, screw and ejector. The screw has three drives: injection, charge (metering) and suck-back.
+
+    Cheap where nothing happens: an axis that stands, no pressure and a settled force cost a comparison each.
+    """
+
+    def __init__(self, field, parameters: dict, seed: int) -> None:
+        regime, start = parameters["regimes"][parameters["regime"]], parameters["start"]
+        ejector, force = parameters["ejector"], parameters["force"]
+        self.random, self.journal = Random(seed), []
+        self.axes, self.drives = [], []
+
+        def axis(name: str, modules: dict[str, dict], ruler: dict) -> Axis:
+            drives = [Drive(m, field.reader(f"{m}.axis.reference"), s, regime["gain_sd"])
+                      for m, s in modules.items()]
+            show = [field.writer(f"{m}.axis.measured") for m in modules]
+            made = Axis(name, start[f"{name}_mm"], drives, show, ruler, self.random, self.journal)
+            self.axes.append(made)
+            self.drives += [(drive, drive.read, made) for drive in drives]
+            return made
+
+        axis("clamp", {"clamp": regime["clamp"]}, regime["sensor"])
+        screw = axis("screw", {"inject": regime["inject"], "charge": regime["charge"],
+                               "suck_back": regime["inject"]}, regime["sensor"])
+        self.ejector = axis("ejector", {"ejector": ejector}, ejector["sensor"])
+        self.hold, self.pressure = Hold(screw, parameters["hold"], self.random), field.reader("%QD4")
+        self.lock, self.show_force = field.reader("%QX0.1"), field.writer("%ID4")
+        self.show_eye, self.eye_at, self.eye = field.writer("%IX1.0"), ejector["eye_mm"], False
+        self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
+
+    def step(self, now_ns: int, dt_ns: int) -> None:
+        """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
+        since_ns = now_ns - dt_ns
+        for drive, read, axis in self.drives:
+            reference = read()
+            if reference != drive.reference:
+                axis.command(drive, reference, since_ns)
+        for axis in self.axes:
+            if not axis.still:
+                axis.step(since_ns, now_ns)
+        pressure = self.pressure()
+        if pressure or self.hold.holds:
+            self.hold.step(now_ns, dt_ns * 1e-9, pressure)
+        missing = self.full_force - self.force if self.lock() else -self.force
+        if missing:
+            share = 1.0 - exp(-dt_ns * 1e-9 / self.force_lag)
+            self.force += missing * share if abs(missing) > 0.1 else missing
+            self.show_force(self.force)
+        eye = self.ejector.position > self.eye_at
+        if eye != self.eye:
+            self.eye = eye
+            self.show_eye(eye)
