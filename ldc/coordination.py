@@ -2,7 +2,7 @@
 
 [sequence]       repeat, start, steps: which module is started after which (L, SPEC 4)
 [messages.NAME]  class, from, data, to, policy, depth: what one module tells others (M, SPEC 3)
-[safety]         estop
+[safety]         estop, reset
 [plant]          file, step, parameters, seed: what is simulated on this computer
 
 Values are as written: whether the program has these modules and variables is known after it is compiled.
@@ -55,6 +55,7 @@ class SubscriberTable(Struct):
 
 class SafetyTable(Struct):
     estop: Name | None = None
+    reset: Name | None = None
 
 
 class PlantTable(Struct):
@@ -118,12 +119,14 @@ class PlantSetting:
 
 @dataclass(frozen=True, slots=True)
 class CoordinationSettings:
-    """What a project says of it; nothing of it is there when the file has none of the tables."""
+    """What a project says of it; nothing of it is there when the file has none of the tables. ``estop``: path of
+    what is TRUE in an emergency; ``reset``: of what acknowledges faults at its rising edge."""
 
     sequence: SequenceSetting | None = None
     messages: tuple[MessageSetting, ...] = ()
     estop: str | None = None
     plant: PlantSetting | None = None
+    reset: str | None = None
 
     def __bool__(self) -> bool:
         return self != CoordinationSettings()
@@ -139,11 +142,13 @@ def read(tables: Tables, duration: Callable[[Tables, Path, str], int]) -> Coordi
             tables.wrong(("plant",), "[plant] names no file", 'write file = "plant.py"')
         step = duration(tables, ("plant", "step"), table.step)
         plant = PlantSetting(table.file, step, table.parameters, table.seed)
+    safety = tables.table(("safety",), SafetyTable)
     return CoordinationSettings(
         _sequence(tables) if tables.has("sequence") else None,
         tuple(_message(tables, name) for name in tables.mapping("messages")),
-        tables.table(("safety",), SafetyTable).estop,
+        safety.estop,
         plant,
+        safety.reset,
     )
 
 

@@ -128,13 +128,15 @@ class Plant:
 @dataclass(frozen=True, slots=True)
 class Coordination:
     """``messages``: those of the system first, each class in the order of the numbers: the order in which
-    they are handled. ``estop``: path of a BOOL that is TRUE in an emergency."""
+    they are handled. ``estop``: path of a BOOL that is TRUE in an emergency; ``reset``: of one at whose rising
+    edge faults are acknowledged."""
 
     modules: tuple[Module, ...] = ()
     messages: tuple[Message, ...] = ()
     sequence: Sequence | None = None
     estop: str | None = None
     plant: Plant | None = None
+    reset: str | None = None
 
     def message(self, name: str) -> Message:
         """That of the name. Raises KeyError."""
