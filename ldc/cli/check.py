@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 from ldc import pipeline
-from ldc.cli.compiling import locator, progress
+from ldc.cli.compiling import coordinated, locator, progress
 from ldc.cli.console import OK, WRONG, report, say
 from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources, find_sources
@@ -24,6 +24,7 @@ def run(options: argparse.Namespace) -> int:
             result = pipeline.compile_project(
                 sources, pipeline.Options(verify=not options.no_verify, keep=False, progress=tell)
             )
+        coordinated(result)
         diagnostics.extend(result.diagnostics)
     locate = locator(result) if result else None
     if options.format == "human":

@@ -32,11 +32,21 @@ def compiled(
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, previous=previous,
                                    progress=tell)
         result = pipeline.compile_project(sources, options)
+    coordinated(result)
     gc.freeze()  # it lives as long as the command: the collector need not walk it again and again
     if result.diagnostics.has_errors:
         raise Invalid(result.diagnostics, locator(result))
     report((d for d in result.diagnostics if d.severity is not Severity.NOTE), locator(result))
     return result
+
+
+def coordinated(result: pipeline.Compiled) -> None:
+    """Adds what is wrong with how the modules work together to the findings."""
+    manifest = result.sources.manifest
+    if manifest is not None and manifest.coordination:
+        from ldc.cli.coordinate import coordination  # most projects say nothing of it
+
+        coordination(result, result.diagnostics)
 
 
 def locator(result: pipeline.Compiled) -> Locate:
