@@ -260,8 +260,8 @@ def no_slot(diagnostics: Diagnostics, span: Span, name: str, path: str, slave: i
         "LD1022",
         f"slave{slave} has no room for the algorithm `{path}`",
         span,
-        f"{name} takes {slots} of its 32 slots of 128 bytes",
-        help="execute some instances on another slave, or give the component fewer pins",
+        f"{name} takes {128 * slots} bytes in each direction",
+        help="a slave has 32 slots and 4096 bytes: execute some instances on another one, or give components fewer pins",
     )
 
 

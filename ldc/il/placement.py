@@ -4,9 +4,9 @@ An algorithm is an instance of a unit with a ``Pace``. On the master it is a pro
 same name in ``Program.algorithms``. Both sides build on what is computed here, so nothing of it is sent. All
 functions are pure, and the same program gives the same placement.
 
-A slot is a run of blocks of 128 bytes in SMD and MSD and has the number of its first block, in both directions;
-that is also its bit in the words of flags. So slots of different sizes lie in one window, and an instance that
-is added moves no other.
+A slot n of 128 bytes, or of a multiple of that, begins n times its size behind the begin of SMD and MSD; n is
+also its bit in the words of flags. Slots of different sizes share one window where neither bytes nor bits
+overlap, and an instance that is added moves no other.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class PlacedPin:
 @dataclass(frozen=True, slots=True)
 class LocalPin:
     """A pin that is wired on the slave: a point of the field. ``output``: the algorithm writes it.
-    ``initial``: what an output has while the algorithm does not execute."""
+    ``initial``: what an output has before the first START, and after whatever ends the algorithm at once."""
 
     name: str
     path: str
@@ -61,8 +61,8 @@ class Placed:
     """An algorithm in its place.
 
     ``path``: of the instance, with the name of its program. ``module``: the index of that program among the
-    modules, None for an instance elsewhere. ``slave``: 1 .. 4; ``slot``: 0 .. 31 of it, ``blocks`` long;
-    ``ad``: the byte of AD where its parameters begin, that of pid 1. ``parameters``: to the slave, ``enable``
+    modules, None for an instance elsewhere. ``slave``: 1 .. 4; ``slot``: 0 .. 31 of it, ``blocks`` times 128
+    bytes long; ``ad``: the byte of AD where its parameters begin, that of pid 1. ``parameters``: to the slave, ``enable``
     first when the component has it. ``feedback``: outputs, then ``error``, last AFS (``processors.states``).
     """
 
@@ -104,6 +104,15 @@ class NoRoom(Exception):
     def __init__(self, path: str, unit: str, slave: int, blocks: int) -> None:
         self.path, self.unit, self.slave, self.blocks = path, unit, slave, blocks
         super().__init__(f"slave{slave} has no slot of {blocks} blocks for {path}")
+
+
+def same_body(one: Unit, other: Unit) -> bool:
+    """Whether two units do the same on the same variables, wherever they were written: an algorithm that goes
+    on over an online change keeps its state."""
+    def bare(unit: Unit) -> tuple:
+        return unit.rungs, unit.external, tuple(replace(v, span=None) for v in unit.variables)
+
+    return bare(one) == bare(other)
 
 
 def transfer_type(type_: Type) -> str | None:
@@ -277,26 +286,31 @@ def _local(v: Variable, path: str, ranges: _Ranges) -> LocalPin:
 
 
 class _Room:
-    """The free blocks and the free words of AD of a slave."""
+    """What is taken of a slave: bits of flags, blocks of its windows, words of AD."""
 
     def __init__(self) -> None:
-        self.blocks = [True] * BLOCKS
-        self.words = [True] * WORDS
+        self.slots: set[int] = set()
+        self.blocks: set[int] = set()
+        self.words: set[int] = set()
+
+    def slot(self, blocks: int) -> int | None:
+        """The first slot of that size that is free."""
+        return next((n for n in range(BLOCKS // blocks)
+                     if n not in self.slots and self.blocks.isdisjoint(_blocks(n, blocks))), None)
+
+    def word(self, count: int) -> int | None:
+        """The first of ``count`` words of AD in a row that are free."""
+        return next((n for n in range(WORDS - count + 1)
+                     if self.words.isdisjoint(range(n, n + count))), None)
 
     def keep(self, p: Placed) -> None:
-        self.blocks[p.slot : p.slot + p.blocks] = [False] * p.blocks
-        first = p.ad // 4
-        self.words[first : first + len(p.parameters)] = [False] * len(p.parameters)
+        self.slots.add(p.slot)
+        self.blocks.update(_blocks(p.slot, p.blocks))
+        self.words.update(range(p.ad // 4, p.ad // 4 + len(p.parameters)))
 
 
-def _first(free: list[bool], count: int) -> int | None:
-    """Where the first ``count`` free ones in a row begin."""
-    run = 0
-    for at, one in enumerate(free):
-        run = run + 1 if one else 0
-        if run >= max(count, 1):
-            return at + 1 - count if count else at
-    return None
+def _blocks(slot: int, blocks: int) -> range:
+    return range(slot * blocks, (slot + 1) * blocks)
 
 
 def _alike(old: Placed, new: Placed) -> bool:
@@ -305,7 +319,7 @@ def _alike(old: Placed, new: Placed) -> bool:
 
 
 def _put(fresh: Placed, room: _Room, free: Iterator[int]) -> Placed:
-    slot, word = _first(room.blocks, fresh.blocks), _first(room.words, len(fresh.parameters))
+    slot, word = room.slot(fresh.blocks), room.word(len(fresh.parameters))
     if slot is None or word is None:
         raise NoRoom(fresh.path, fresh.unit, fresh.slave, fresh.blocks)
     put = replace(fresh, slot=slot, aid=next(free), ad=4 * word)

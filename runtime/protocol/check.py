@@ -97,12 +97,14 @@ _FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
 @dataclass(frozen=True, slots=True)
 class Situation:
     """What a receiver knows when it checks: its algorithms, those that run, the values they have, (aid, pid)
-    the key, and the time in ms."""
+    the key, and the time in ms. ``ended``: those that have ended by themselves; an UPDATE of one is taken, for
+    its sender may not know yet."""
 
     algorithms: Mapping[int, Algorithm] = field(default_factory=dict)
     running: frozenset[int] = frozenset()
     values: Mapping[tuple[int, int], float] = field(default_factory=dict)
     now_ms: int = 0
+    ended: frozenset[int] = frozenset()
 
 
 class Verdict(NamedTuple):
@@ -160,7 +162,8 @@ def _of_data(envelope: Envelope, algorithm: Algorithm, situation: Situation) -> 
         code = _of_values(values, algorithm, situation)
         if code is not _OK:
             return code
-    if cmd not in (_START, _UPDATE, _STOP) or cmd == _START and runs or cmd == _UPDATE and not runs:
+    updated = runs or algorithm.aid in situation.ended
+    if cmd not in (_START, _UPDATE, _STOP) or cmd == _START and runs or cmd == _UPDATE and not updated:
         return Code.STATE
     if algorithm.stamp is None or not values:
         return _OK
