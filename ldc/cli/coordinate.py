@@ -73,10 +73,12 @@ class _Check:
         settings = self.manifest.coordination
         self.modules = self._modules()
         messages = self._messages(settings.messages)
-        if settings.estop:
-            self._bool(("safety", "estop"), "the emergency stop", settings.estop)
-        return Coordination(self.modules, messages, self._sequence(), settings.estop,
-                            self._plant(settings.plant) if settings.plant else None)
+        for key, what, path in (("estop", "the emergency stop", settings.estop),
+                                ("reset", "what acknowledges faults", settings.reset)):
+            if path:
+                self._bool(("safety", key), what, path)
+        plant = self._plant(settings.plant) if settings.plant else None
+        return Coordination(self.modules, messages, self._sequence(), settings.estop, plant, settings.reset)
 
     # -- modules
 
