@@ -5,7 +5,7 @@
 [tasks.NAME]  interval, priority, programs, processor
 [memory]      image_bytes (of each of %I, %Q and %M)
 [safe]        output = value that it takes after a fault
-[run]         period, watch, inputs
+[run]         period, watch, inputs, retain, retain_every
 
 The tables of how modules work together are in `ldc/coordination.py`.
 """
@@ -64,6 +64,8 @@ class RunTable(Struct):
     period: Name | None = None
     watch: tuple[Name, ...] = ()
     inputs: Name | None = None
+    retain: Name | None = None
+    retain_every: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +86,8 @@ class Manifest:
     period: int | None
     watch: tuple[str, ...]
     inputs: str | None
+    retain: str | None
+    retain_every: int | None
     coordination: CoordinationSettings
     spans: dict[tuple[str | int, ...], Entry] = field(repr=False)
 
@@ -184,6 +188,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     }
     tasks = tuple(_task(name, tables, processors) for name in tables.mapping("tasks"))
     period = _duration(tables, ("run", "period"), run.period) if run.period else None
+    retain_every = _duration(tables, ("run", "retain_every"), run.retain_every) if run.retain_every else None
     together = coordination.read(tables, _duration)
     _check_modules(tables, project.modules)
     _check_processors(tables, processors)
@@ -203,6 +208,8 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         period,
         run.watch,
         run.inputs,
+        run.retain,
+        retain_every,
         together,
         tables.spans,
     )

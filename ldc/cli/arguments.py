@@ -150,6 +150,7 @@ def _run(commands) -> None:
     parser.add_argument(
         "--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout"
     )
+    _beside(parser)
     parser.add_argument(
         "--online", action="store_true",
         help="scans at their time, and a socket by which `ldc online` changes the program; runs until Ctrl-C "
@@ -161,6 +162,30 @@ def _run(commands) -> None:
     parser.add_argument(
         "--sanitize", action="store_true", help="find what components in C and C++ write outside of their memory"
     )
+
+
+def _beside(parser: argparse.ArgumentParser) -> None:
+    """What goes on beside the scans of a run."""
+    parser.add_argument("--retain", metavar="FILE", help="keep what is RETAIN in this file, over restarts")
+    parser.add_argument("--retain-every", type=_duration, metavar="TIME", help="time between two saves (1s)")
+    parser.add_argument(
+        "--start", choices=("warm", "cold", "origin"),
+        help="warm: with the values of the retain file (default); cold: with initial values; origin: the same, and "
+        "the file is deleted",
+    )
+    parser.add_argument("--force", metavar="A=1,B=2", help="hold these variables, whatever inputs and code say")
+    parser.add_argument("--ring", metavar="OUT.csv", help="write the scans around an event: needs --trigger")
+    _around(parser)
+
+
+def _around(parser: argparse.ArgumentParser, required: bool = False) -> None:
+    """What a trace ring keeps."""
+    parser.add_argument(
+        "--trigger", metavar="EVENT", required=required,
+        help='"motor rises", "motor falls", or a comparison as in "level > 80.0"'
+    )
+    parser.add_argument("--before", type=_depth, metavar="N", help="rows before the event (100)")
+    parser.add_argument("--after", type=_depth, metavar="N", help="rows after it (200)")
 
 
 def _fmt(commands) -> None:

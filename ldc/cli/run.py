@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -14,6 +13,7 @@ from typing import BinaryIO
 from ldc import pipeline
 from ldc.cli import sanitized
 from ldc.cli.apart import apart
+from ldc.cli.attached import attached, listed
 from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
@@ -90,12 +90,14 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     scans = run_length(options, stimuli, machine)
     powers = Powers(machine, result.units) if stepped else None
     table = LiveTable(machine, names, scans, powers) if live else None
-    with displayed(options.trace, machine, names, table, file) as (scan, sample):
+    with displayed(options.trace, machine, names, table, file) as (scan, sample), \
+            attached(options, sources, result, machine, names) as beside:
         beat()
         for _ in range(scans):
             stimuli.apply(machine)
             scan()
             sample()
+            beside.scanned()
             beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
@@ -145,7 +147,7 @@ def stimuli_of(inputs: str | None, manifest: Manifest | None, machine: Machine) 
 def watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> tuple[str, ...]:
     """The paths to show: those asked for, those of the project, or all located inputs and outputs."""
     if asked is not None:
-        names = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", asked) if name.strip())
+        names = listed(asked)
         for name in names:
             try:
                 machine.find([name])

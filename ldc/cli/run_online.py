@@ -14,6 +14,7 @@ from typing import BinaryIO
 
 from ldc import pipeline
 from ldc.cli import link, shipped
+from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
@@ -47,13 +48,15 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources))
     controller = Controller(loaded)
     with _observed(options.trace, machine, names, file) as observer, \
-            _served(options, sources, controller) as server, _ended() as ended:
+            _served(options, sources, controller) as server, _ended() as ended, \
+            attached(options, sources, result, machine, names, beside=True) as beside:
         due = time.monotonic()
         while (scans is None or controller.machine.scans < scans) and not ended():
             if server.serve():
                 stimuli = stimuli.follow(machine, controller.machine)
                 machine = controller.machine
                 observer.follow(machine)
+                beside.follow(controller.running)
             left = due - time.monotonic()
             if left > 0 and not options.no_wait:
                 time.sleep(min(left, _SLICE))
@@ -67,7 +70,9 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
                 stimuli = stimuli.follow(machine, controller.machine)
                 machine = controller.machine
                 observer.follow(machine)
+                beside.follow(controller.running)
             observer.sample()
+            beside.scanned()
             beat()
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(machine.now_ns)} ms of the program's time")
     return report((fault.diagnostic() for fault in machine.faults), locator(result))

@@ -1,0 +1,84 @@
+"""What `--retain` does for `ldc run`: values from the file at the start, saves of them (docs/retain.md)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ldc import pipeline
+from ldc.cli.console import report, say
+from ldc.cli.link import name_of
+from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
+from ldc.manifest import Sources
+from ldc.render import plural, visible
+from runtime.machine import Machine
+from runtime.retain import Identity, leaves, restore
+from runtime.retain_file import Kept, Store, unreachable
+from runtime.retaining import Retaining
+
+EVERY = 1_000_000_000
+"""Time of the program between two saves when nothing says it, in nanoseconds."""
+_SHOWN = 5
+
+
+def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
+          path: Path, beside: bool) -> Retaining:
+    """Gives the machine its retained values as `--start` says, and what saves them. ``beside``: scans do not
+    wait for the disk. Raises Invalid when the file cannot be used; it is as it was then."""
+    path = path.absolute()
+    store = Store(path)
+    found = Diagnostics()
+    identity = Identity(name_of(sources), result.image.digest, lambda: result.image.layout.digest)
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise Invalid([unreachable("write", path, _reason(path.parent))])
+    if options.start == "origin":
+        try:
+            store.delete()
+        except OSError as error:
+            raise Invalid([unreachable("delete", path, error)]) from error
+    elif options.start == "cold":
+        store.spoiled = not path.exists()
+    else:
+        kept = store.load(found)
+        if kept is not None:
+            _restore(machine, kept, identity, path, found)
+    report(found)
+    if not leaves(machine.layout):
+        say("note: no variable of the program is RETAIN")
+    manifest = sources.manifest
+    every = options.retain_every or (manifest.retain_every if manifest else None) or EVERY
+    return Retaining(machine, identity, store, every, beside,
+                     lambda error: report([unreachable("write", path, error)]))
+
+
+def _reason(folder: Path) -> OSError:
+    """Why nothing can be written to a folder."""
+    number = 13 if folder.is_dir() else 2
+    return OSError(number, os.strerror(number))
+
+
+def _restore(machine: Machine, kept: Kept, identity: Identity, path: Path, found: Diagnostics) -> None:
+    try:
+        told = restore(machine, kept, identity.program)
+    except ValueError as error:
+        raise Invalid([_foreign(path, kept, str(error))]) from error
+    if told.dropped and not told.kept:
+        raise Invalid([_foreign(path, kept, "nothing in it fits the variables of this program")])
+    if told.dropped:
+        names = ", ".join(f"`{name}`" for name in told.dropped[:_SHOWN])
+        more = f" and {len(told.dropped) - _SHOWN} more" if len(told.dropped) > _SHOWN else ""
+        found.warning("LD0853", f"{plural(len(told.dropped), 'retained value')} of `{path}` "
+                      f"{'is' if len(told.dropped) == 1 else 'are'} dropped: {names}{more}",
+                      help="the program has no such variable, or has it of another type; keep a copy of the file "
+                      "if the values matter")
+    changed = f"; {len(told.initialised)} initialised, {len(told.dropped)} dropped" if told.changed else ""
+    say(visible(f"retain: {plural(len(told.kept), 'value')} of scan {kept.scan} from {path.name}{changed}"))
+
+
+def _foreign(path: Path, kept: Kept, why: str) -> Diagnostic:
+    found = Diagnostics()
+    found.error("LD0852", f"the retain file `{path}` is of another program, `{kept.name[:60]}`: {why}",
+                help="name the file of this program, or begin with initial values: `--start cold` replaces it at "
+                "the first save")
+    return next(iter(found))
