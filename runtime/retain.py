@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from ldc.il import block
 from ldc.il.layout import type_hash
 from ldc.symbols import Variable
-from ldc.types import Array, String, Struct, Subrange, Type, is_scalar, storage
+from ldc.types import Array, Instance, String, Struct, Subrange, Type, is_scalar, storage
 from runtime.checksum import canonical, value_of
 from runtime.in_block import InBlock
 from runtime.layout import Cell, Layout, Root, slot
@@ -48,7 +48,7 @@ class Restored:
 def leaves(layout: Layout) -> tuple[Leaf, ...]:
     """All that is retained, in declared order. Linear in the number of scalars."""
     hashes: dict[Type, str] = {}
-    walk = _Walk(layout, hashes)
+    walk = _Walk(layout, hashes, {})
     return tuple(leaf for root in layout.roots() if not root.variable.constant
                  for leaf in walk.root(root))
 
@@ -57,6 +57,7 @@ def leaves(layout: Layout) -> tuple[Leaf, ...]:
 class _Walk:
     layout: Layout
     hashes: dict[Type, str]
+    known: dict[Type, bool]
 
     def root(self, root: Root) -> Iterator[Leaf]:
         location = root.variable.location
@@ -66,14 +67,14 @@ class _Walk:
 
     def part(self, at: Symbol, type_: Type, retain: bool) -> Iterator[Leaf]:
         """``at``: path and place of the part; depth is that of its type."""
+        if not retain and not self.some(type_):
+            return
         if is_scalar(type_):
-            if retain:
-                yield self.leaf(at, type_, type_, (at,))
+            yield self.leaf(at, type_, type_, (at,))
         elif isinstance(type_, Array):
             if is_scalar(type_.element):
-                if retain:
-                    all_of = tuple(self.inside(at, "", n, type_.element) for n in range(type_.count))
-                    yield self.leaf(at, type_, type_.element, all_of)
+                all_of = tuple(self.inside(at, "", n, type_.element) for n in range(type_.count))
+                yield self.leaf(at, type_, type_.element, all_of)
                 return
             for n, index in enumerate(indexes(type_)):
                 yield from self.part(self.inside(at, f"[{index}]", n, type_.element), type_.element, retain)
@@ -85,6 +86,17 @@ class _Walk:
                 if has_state(v):
                     inside = self.inside(at, f".{v.name}", slot(v.name), v.type)
                     yield from self.part(inside, v.type, _says(v, retain))
+
+    def some(self, type_: Type) -> bool:
+        """Whether a part says for itself that it is retained: only variables of function blocks do."""
+        while isinstance(type_, Array):
+            type_ = type_.element
+        if type_ not in self.known:
+            inner = ()
+            if isinstance(type_, Instance):
+                inner = self.layout.units[type_.pou.upper()].variables
+            self.known[type_] = any(v.retain or self.some(v.type) for v in inner if has_state(v))
+        return self.known[type_]
 
     def inside(self, at: Symbol, more: str, key: Key, type_: Type) -> Symbol:
         return Symbol(at.path + more, type_, at.home, (*at.keys, key), None, at.area)
@@ -104,11 +116,11 @@ def _says(variable: Variable, inherited: bool) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Whose values they are; see ``Kept``."""
+    """Whose values they are; see ``Kept``. ``layout`` is asked for when a save is made."""
 
     name: str
     program: str
-    layout: str
+    layout: Callable[[], str]
 
 
 def saver(machine: Machine, identity: Identity) -> Callable[[], Callable[[], Kept]]:
@@ -119,7 +131,7 @@ def saver(machine: Machine, identity: Identity) -> Callable[[], Callable[[], Kep
 
     def take() -> Callable[[], Kept]:
         scan, now, values = machine.scans, machine.now_ns, copy()
-        return lambda: Kept(identity.name, identity.program, identity.layout, scan, now,
+        return lambda: Kept(identity.name, identity.program, identity.layout(), scan, now,
                             _entries(found, iter(values())))
 
     return take

@@ -27,13 +27,14 @@ class Retaining:
         self._store, self._every = store, every_ns
         self._failed, self._saved = failed, saved
         self._told = False
-        self.follow(machine, identity)
+        self._name = identity.name
+        self.follow(machine, identity.program, identity.layout)
         self._due = machine.now_ns + every_ns
         self._writer = _Writer(self._write) if beside else None
 
-    def follow(self, machine: Machine, identity: Identity) -> None:
+    def follow(self, machine: Machine, program: str, layout: Callable[[], str]) -> None:
         """Another program goes on with the state."""
-        self._machine, self._take = machine, saver(machine, identity)
+        self._machine, self._take = machine, saver(machine, Identity(self._name, program, layout))
 
     def scanned(self) -> None:
         """To be called after every scan."""

@@ -71,7 +71,7 @@ ENGINES = ("vm", pytest.param("native", marks=native.needs_gcc))
 VALUES = {"pairs[2].right": 2.5, "pairs[1].left": -7, "row[1,2]": 65535, "reals[1]": float("nan"), "flags[3]": True,
           "text": "caf\xe9", "wide": "żółw", "tint": "blue", "few": 49, "day": "D#2024-02-29", "out": -2,
           "packed": 0xBEEF}
-ME = Identity("main", "a" * 64, "b" * 64)
+ME = Identity("main", "a" * 64, lambda: "b" * 64)
 
 
 def saved(machine) -> Kept:
