@@ -2,10 +2,11 @@
 
 [project]     name, version, sources (globs), modules (names in order)
 [processors]  name = "master" | "slave"
-[tasks.NAME]  interval, priority, programs, processor
+[tasks.NAME]  interval, priority, watchdog, programs, processor
 [memory]      image_bytes (of each of %I, %Q and %M)
 [safe]        output = value that it takes after a fault
 [run]         period, watch, inputs, retain, retain_every
+[cost]        instruction, ...: what execution takes in virtual time (docs/scheduling.md)
 
 The tables of how modules work together are in `ldc/coordination.py`.
 """
@@ -52,6 +53,7 @@ class ProjectTable(Struct):
 class TaskTable(Struct):
     interval: Name | None = None
     priority: Annotated[int, Meta(ge=0, le=65535)] = 0
+    watchdog: Name | None = None
     programs: tuple[Name, ...] = ()
     processor: Name = "master"
 
@@ -68,10 +70,20 @@ class RunTable(Struct):
     retain_every: Name | None = None
 
 
+class CostTable(Struct):
+    instruction: Name | None = None
+    arithmetic: Name | None = None
+    comparison: Name | None = None
+    function: Name | None = None
+    call: Name | None = None
+    task: Name | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Manifest:
     """A project file, checked. Durations are nanoseconds; globs and paths are as written, relative to
-    `folder`. `processors`: name to role. `spans`: where the keys stand, for findings of later stages."""
+    `folder`. `processors`: name to role. `cost`: keys of `[cost]` that are given, None: no such table.
+    `spans`: where the keys stand, for findings of later stages."""
 
     source: SourceFile
     folder: Path
@@ -89,6 +101,7 @@ class Manifest:
     retain: str | None
     retain_every: int | None
     coordination: CoordinationSettings
+    cost: dict[str, int] | None
     spans: dict[tuple[str | int, ...], Entry] = field(repr=False)
 
     @property
@@ -175,7 +188,8 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         return None
     before = len(diagnostics)
     tables = Tables(source, data, diagnostics)
-    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run", *coordination.SECTIONS))
+    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run", "cost",
+                           *coordination.SECTIONS))
     project = tables.table(("project",), ProjectTable)
     memory = tables.table(("memory",), MemoryTable)
     run = tables.table(("run",), RunTable)
@@ -190,10 +204,16 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     period = _duration(tables, ("run", "period"), run.period) if run.period else None
     retain_every = _duration(tables, ("run", "retain_every"), run.retain_every) if run.retain_every else None
     together = coordination.read(tables, _duration)
+    cost = _cost(tables) if "cost" in data else None
     _check_modules(tables, project.modules)
     _check_processors(tables, processors)
     if len(diagnostics) > before:
         return None
+    for task in tasks:
+        if task.watchdog is not None and cost is None:
+            span = tables.spans["tasks", task.name, "watchdog"].value
+            diagnostics.warning("LD0832", f"the watchdog of task `{task.name}` never comes", span,
+                                "executions take no time", help="say in [cost] what an instruction takes")
     return Manifest(
         source,
         folder,
@@ -211,6 +231,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         run.retain,
         retain_every,
         together,
+        cost,
         tables.spans,
     )
 
@@ -225,7 +246,15 @@ def _task(name: str, tables: Tables, processors: dict[str, str]) -> TaskSetting:
             f"task `{name}` runs on `{table.processor}`, which is no processor of this project",
             f"processors: {', '.join(processors)}",
         )
-    return TaskSetting(name, interval, table.priority, table.programs, table.processor)
+    watchdog = _duration(tables, (*path, "watchdog"), table.watchdog) if table.watchdog else None
+    return TaskSetting(name, interval, table.priority, table.programs, table.processor, watchdog)
+
+
+def _cost(tables: Tables) -> dict[str, int]:
+    """Nanoseconds by group of instructions."""
+    table = tables.table(("cost",), CostTable)
+    return {name: _duration(tables, ("cost", name), text)
+            for name in CostTable.__struct_fields__ if (text := getattr(table, name)) is not None}
 
 
 def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:
@@ -233,7 +262,7 @@ def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:
     value = parse_duration(text)
     if value is None or value <= 0:
         tables.wrong(
-            path, f"`{text}` is not a time between two scans", "write a number and a unit: 500us, 10ms, 1s"
+            path, f"`{text}` is not a time greater than zero", "write a number and a unit: 500us, 10ms, 1s"
         )
     return value or 1
 

@@ -1,7 +1,7 @@
 """What execution costs in virtual time: a model by groups of IL instructions (docs/scheduling.md).
 
-Times are nanoseconds. Each instruction of a rung counts once, taken or not; a call counts with all that it calls.
-A further pass of a loop counts when it is made (``runtime.vm.paced``).
+Times are nanoseconds. Each instruction of a rung counts once, taken or not; a call counts with all that it
+calls. A further pass of a loop counts when it is made (``runtime.vm.paced``).
 """
 
 from __future__ import annotations

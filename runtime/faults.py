@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ldc.diagnostics import Diagnostic, Label
 from ldc.library.faults import DivisionByZero
 from ldc.source import Span
+from runtime.values import milliseconds
 
 
 class IndexOutOfRange(Exception):
@@ -23,6 +24,15 @@ class WatchdogExpired(Exception):
     def __init__(self, limit: int) -> None:
         self.limit = limit
         super().__init__(f"more than {limit} backward jumps in one execution")
+
+
+class TaskTooLong(Exception):
+    """An execution of a task takes more virtual time than its watchdog allows; both in nanoseconds."""
+
+    def __init__(self, lasts: int, limit: int) -> None:
+        self.lasts, self.limit = lasts, limit
+        allowed = f"{milliseconds(limit)} ms are allowed"
+        super().__init__(f"one execution takes {milliseconds(lasts)} ms, {allowed}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +80,7 @@ FAULTS = (DivisionByZero, ZeroDivisionError, IndexOutOfRange, WatchdogExpired)
 
 
 def describe(error: Exception) -> tuple[str, str, str]:
-    """Code, message and help of an exception in ``FAULTS``; other exceptions are bugs, not faults."""
+    """Code, message and help of an exception in ``FAULTS``, or of TaskTooLong; others are bugs, not faults."""
     match error:
         case IndexOutOfRange():
             return ("LD0802", f"array {error}",
@@ -78,6 +88,9 @@ def describe(error: Exception) -> tuple[str, str, str]:
         case WatchdogExpired():
             return ("LD0803", f"watchdog: {error}",
                     "make sure that the loop ends, or jump forward only and go on in the next scan")
+        case TaskTooLong():
+            return ("LD0831", f"watchdog: {error}",
+                    "give it less to do or a higher priority, or a longer `watchdog` in [tasks]")
         case DivisionByZero() | ZeroDivisionError():
             return ("LD0801", "division by zero",
                     "test the divisor before, as in `[b <> 0] [a / b > 2]`, or draw the function with ENO")

@@ -150,6 +150,9 @@ def _run(commands) -> None:
     parser.add_argument(
         "--trace", metavar="OUT.csv", help="write the watched variables of every scan; - is stdout"
     )
+    parser.add_argument(
+        "--timing", metavar="OUT.csv", help="with [cost]: what tasks took of the virtual time; - is stdout"
+    )
     _beside(parser)
     parser.add_argument(
         "--online", action="store_true",

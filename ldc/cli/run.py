@@ -19,12 +19,14 @@ from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
 from ldc.cli.powers import Powers
+from ldc.cli.timing import cost_of, tell, timing_of
 from ldc.cli.watching import ChangeLines, LiveTable
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.external import Binding
 from ldc.manifest import Manifest, Sources
 from ldc.reading import read_source
 from ldc.render import plural
+from runtime.cost import Cost
 from runtime.machine import Machine
 from runtime.stimuli import Stimuli
 from runtime.stimuli import read as read_stimuli
@@ -32,6 +34,7 @@ from runtime.symbols import UnknownSymbol
 from runtime.trace import Trace
 from runtime.values import milliseconds
 from runtime.vm import machine as vm
+from runtime.vm import paced
 
 SCANS = 100
 """How long a run is when nothing says it."""
@@ -48,8 +51,7 @@ def run(options: argparse.Namespace) -> int:
         return run_firmware.run(options)
     sources = read(options.sources)
     # The power of rungs is seen by stepping, which native code does not.
-    stepped = _live(options) and options.engine == "vm"
-    result = compiled(sources, keep=stepped)
+    result = compiled(sources, keep=_stepped(options, sources))
     if not result.natives:
         return _run(options, sources, result, lambda: None)
     if options.sanitize and not sanitized.inside():
@@ -68,6 +70,13 @@ def _check_options(options: argparse.Namespace) -> None:
     alone = [name for name, value in given.items() if value and not options.online]
     if alone:
         raise UsageError(f"{alone[0]} goes with --online")
+    if options.timing and (options.online or options.target):
+        raise UsageError("--timing tells of virtual time, which neither --online nor a --target has")
+
+
+def _stepped(options: argparse.Namespace, sources: Sources) -> bool:
+    """Whether scans with a picture go step by step: not those that take virtual time."""
+    return _live(options) and options.engine == "vm" and cost_of(sources.manifest) is None
 
 
 def _live(options: argparse.Namespace) -> bool:
@@ -82,15 +91,18 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
         from ldc.cli import run_online  # loads what only a socket needs
 
         return run_online.run(options, sources, result, beat, file)
-    live = _live(options)
-    stepped = live and options.engine == "vm"
-    machine = start(result, options.period, sources.manifest, options.engine, bindings)
+    cost = cost_of(sources.manifest)
+    if options.timing and cost is None:
+        raise UsageError("--timing needs a table [cost] in ldc.toml: without one nothing takes time")
+    machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)
+    timing = timing_of(machine, sources.manifest, cost) if cost else None
+    execute = timing.scan if timing else machine.scan
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
-    powers = Powers(machine, result.units) if stepped else None
-    table = LiveTable(machine, names, scans, powers) if live else None
-    with displayed(options.trace, machine, names, table, file) as (scan, sample), \
+    powers = Powers(machine, result.units) if _stepped(options, sources) else None
+    table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
+    with displayed(options.trace, machine, names, table, file, execute) as (scan, sample), \
             attached(options, sources, result, machine, names) as beside:
         beat()
         for _ in range(scans):
@@ -100,22 +112,28 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
             beside.scanned()
             beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
+    if timing:
+        tell(timing.rows(), options.timing)
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
 def start(
     result: pipeline.Compiled, period: int | None, manifest: Manifest | None, engine: str = "vm",
-    bindings: tuple[Binding, ...] | None = None,
+    bindings: tuple[Binding, ...] | None = None, cost: Cost | None = None,
 ) -> Machine:
     """The machine for a compiled project; `period` of the command line wins over that of the project.
-    `bindings`: its components in C and C++, when they are built already."""
+    `bindings`: its components in C and C++, when they are built already. `cost`: what execution costs; the vm
+    then tells it by the rung."""
     number = resource_to_run(result)
     period = period or (manifest.period if manifest else None)
     if engine == "native":
         from ldc.cli import native  # loads cffi and jinja2
 
         return native.machine(result, number, period, bindings)
-    return vm.Machine(result.program, number, period, native_code(result) if bindings is None else bindings)
+    bindings = native_code(result) if bindings is None else bindings
+    if cost is not None:
+        return paced.Machine(result.program, number, period, bindings, cost=cost)
+    return vm.Machine(result.program, number, period, bindings)
 
 
 def resource_to_run(result: pipeline.Compiled) -> int:
@@ -195,19 +213,20 @@ def run_length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) 
 @contextmanager
 def displayed(
     trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None,
-    opened: BinaryIO | None = None,
+    opened: BinaryIO | None = None, execute: Action | None = None,
 ) -> Iterator[tuple[Action, Action]]:
-    """How a scan is run, and what is done after each."""
+    """How a scan is run, and what is done after each. `execute`: a scan, when not that of the machine."""
+    execute = execute or machine.scan
     if table is not None:
         with table:
             yield table.scan, table.sample
     elif trace == "-":
-        yield machine.scan, Trace(machine, names, sys.stdout).sample
+        yield execute, Trace(machine, names, sys.stdout).sample
     elif trace:
         with replacing(Path(trace)) if opened is None else nullcontext(opened) as file:
             text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-            yield machine.scan, Trace(machine, names, text).sample
+            yield execute, Trace(machine, names, text).sample
             text.flush()
             text.detach()
     else:
-        yield machine.scan, ChangeLines(machine, names, sys.stdout).sample
+        yield execute, ChangeLines(machine, names, sys.stdout).sample

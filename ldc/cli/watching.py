@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
 from rich.box import SIMPLE_HEAD
@@ -67,10 +67,12 @@ class ChangeLines:
 
 class LiveTable:
     """A table that follows the run: each variable's value, for a BOOL how it went in the last scans, and the
-    power that reaches the right end of each rung (without ``powers``: not). ``scan`` runs one scan and
-    ``sample`` takes note of it."""
+    power that reaches the right end of each rung (without ``powers``: not). ``scan`` runs one scan (as
+    ``execute`` does it, when not the machine) and ``sample`` takes note of it."""
 
-    def __init__(self, machine: Machine, names: Sequence[str], scans: int, powers: Powers | None) -> None:
+    def __init__(self, machine: Machine, names: Sequence[str], scans: int, powers: Powers | None,
+                 execute: Callable[[], None] | None = None) -> None:
+        self._execute = execute or machine.scan
         self._machine, self._names, self._scans, self._powers = machine, names, scans, powers
         self._symbols = machine.find(names)
         self._waves = [deque(maxlen=_HISTORY) if s.type == BOOL else None for s in self._symbols]
@@ -94,9 +96,9 @@ class LiveTable:
         start = time.monotonic()
         self._pictured = start >= self._next or self._machine.scans == self._scans - 1
         if not self._pictured:
-            self._machine.scan()
+            self._execute()
             return
-        (self._powers or self._machine).scan()
+        (self._powers.scan if self._powers else self._execute)()
         end = time.monotonic()
         self._next = end + max(_REFRESH, 9 * (end - start))
 

@@ -12,6 +12,7 @@ class TaskSetting:
 
     ``interval``: nanoseconds, None runs it in every scan. ``programs``: names of PROGRAMs, each of
     which gets one instance of its own name. ``processor``: where the task runs.
+    ``watchdog``: nanoseconds that an execution may take, None: no bound.
     """
 
     name: str
@@ -19,6 +20,7 @@ class TaskSetting:
     priority: int = 0
     programs: tuple[str, ...] = ()
     processor: str = "master"
+    watchdog: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """The scheduler: several processors on one line of virtual time, four levels each (SPEC 6.1, rules R1 to R4).
 
 Pure: it knows no clock, only the times that ``run`` is given; the same threads and events give the same log.
-Things of one instant go in this order: pieces end, periods begin, then the processors take turns by index, each until it
-is busy or has nothing to do. Two threads that cost nothing and raise each other for ever never let time go on.
+Things of one instant go in this order: pieces end, periods begin, then the processors take turns by index, each
+until it is busy or has nothing to do. Two threads that cost nothing and raise each other for ever let no time go by.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _END, _PERIOD = 0, 1
 
 @dataclass(slots=True, eq=False)
 class _Processor:
-    """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those it
-    pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread after which ``customised`` go on."""
+    """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
+    that it pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread after which ``customised`` go on."""
 
     index: int
     threads: dict[str, Thread]
@@ -41,7 +41,8 @@ class Scheduler:
     """``processors``: the threads of each, in the order of their ids; names are unique on a processor.
     ``log``: anything that entries are appended to; None: nothing is noted. ``now_ns``: the time."""
 
-    def __init__(self, processors: Sequence[Sequence[Thread]], log: MutableSequence[Entry] | None = None) -> None:
+    def __init__(self, processors: Sequence[Sequence[Thread]],
+                 log: MutableSequence[Entry] | None = None) -> None:
         self.now_ns = 0
         self.log = log
         self._agenda: list[tuple] = []

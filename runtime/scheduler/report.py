@@ -1,0 +1,37 @@
+"""What became of the threads of a run, as figures: per thread and as a table of values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+
+from runtime.scheduler.thread import Thread
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One thread. Responses (activation to end) and jitter (how much the delays from activation to begin
+    differ) in microseconds; utilisation: its share of the processor, in %. ``lost``: events."""
+
+    processor: str
+    task: str
+    executions: int
+    response_worst_us: float
+    response_mean_us: float
+    jitter_us: float
+    overruns: int
+    missed: int
+    lost: int
+    preemptions: int
+    utilisation_percent: float
+
+
+COLUMNS = tuple(field.name for field in fields(Row))
+
+
+def rows(processor: str, threads: Iterable[Thread], elapsed_ns: int) -> tuple[Row, ...]:
+    """The threads of a processor over ``elapsed_ns`` of virtual time."""
+    return tuple(
+        Row(processor, thread.name, c.executions, c.worst / 1000, round(c.mean / 1000, 3), c.jitter / 1000,
+            c.overruns, c.missed, c.lost, c.preemptions, round(100 * c.busy / elapsed_ns, 3) if elapsed_ns else 0.0)
+        for thread in threads for c in (thread.counts,))
