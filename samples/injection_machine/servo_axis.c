@@ -102,13 +102,14 @@ void servo_axis(const servo_axis_in *in, servo_axis_out *out, servo_axis_state *
     }
     if (state->phase == REST && !in->enable) {
         out->done = false;
-        out->reference = 0;
+        out->reference = out->speed = 0;
         return;
     }
     motion m = { state->goal, 0, 0 };
     if (state->phase != REST)
         m = at(state, state->clock);
     out->wanted = (float)m.x;
+    out->speed = (float)m.v;
     out->position = in->measured;
     out->reference = (float)(m.v + in->stiffness * (m.x - in->measured));
     out->done = in->enable && state->phase == REST && fabs(m.x - in->measured) <= in->tolerance;
