@@ -1,0 +1,264 @@
+"""The master of a system: one scan by its units, the communication with slaves, faults, emergency (SPEC 1 to 6).
+
+A scan: C.FEEDBACK, C.START, C.LOGIC, C.SEND, C.END, C.BCAST, C.MSG. The feedback comes first, so that the logic
+sees what communication has delivered since the scan before. Nothing here waits or knows a clock: whoever owns
+the part calls it, in virtual time or in a process of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ldc.il.areas import areas
+from ldc.il.coordination import Coordination
+from ldc.il.placement import Placed
+from runtime import units
+from runtime.machine import Machine
+from runtime.master.mail import Mail
+from runtime.master.modules import Life, Modules
+from runtime.master.proxy import Proxy, Told
+from runtime.master.sequence import Customised, Started
+from runtime.master.wiring import Wiring
+from runtime.online.controller import Controller
+from runtime.processors.states import MASTER, Master, MasterEvent, follow
+from runtime.protocol.check import Code
+from runtime.protocol.envelope import Command
+from runtime.protocol.memory import Memory, bit
+from runtime.symbols import Symbol
+
+Note = Callable[[str, int, str], None]
+"""Is told a unit, an index and a detail, as ``units.UnitEvent`` has them."""
+
+T_ACK_NS = 5_000_000
+"""The least time after which a slave counts as silent."""
+
+
+class MasterPart:
+    """``runner``: what executes scans, a machine or the controller of online changes. ``emergency``: is called
+    when an emergency begins, for those who reach the slaves without P. ``wiring``: inputs and outputs that a
+    plant is wired to. ``state``: as SPEC 5 has it."""
+
+    def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
+                 coordination: Coordination, note: Note | None = None,
+                 on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None) -> None:
+        self.runner, self.memory, self.coordination = runner, memory, coordination
+        self.state = Master.STOP
+        self.estop = False
+        self._note, self._on_emergency, self._wiring = note, on_emergency, wiring
+        self.machine = _machine(runner)
+        # A tick is a scan: as many of them as last T_ack, and the one that has begun.
+        periods = -(-T_ACK_NS // self.machine.period_ns) + 1
+        self.proxies = tuple(Proxy(p, memory, periods) for p in placed)
+        self.modules = Modules(memory, coordination.modules, self.proxies)
+        self.mail = Mail(memory, coordination.messages, self.modules)
+        self.customised_program: Customised | None = None
+        self._fresh: dict[int, Proxy] = {}
+        self._held: list[tuple[Symbol, object]] = []
+        self._estop_of: Callable[[], tuple] = tuple
+        self._reset_of: Callable[[], tuple] = tuple
+        self._reset_before = False
+        self._bind(self.machine)
+        if coordination.sequence is not None:
+            self.customised_program = Customised(memory, self._reader)
+            self.customised_program.stage(coordination.sequence)
+
+    def _reader(self, path: str) -> Callable[[], bool]:
+        symbol, machine = self.machine.symbols.find(path), self.machine
+        return lambda: bool(machine.value(symbol))
+
+    def _bind(self, machine: Machine) -> None:
+        self.machine = machine
+        for proxy in self.proxies:
+            proxy.bind(machine)
+        self.modules.bind(machine)
+        self.mail.bind(machine)
+        if self._wiring is not None:
+            self._wiring.bind(machine)
+        safety = self.coordination
+        self._estop_of = machine.reader(machine.find([safety.estop] if safety.estop else []))
+        self._reset_of = machine.reader(machine.find([safety.reset] if safety.reset else []))
+        if self._held:
+            self._hold_all()
+
+    # ---- control thread --------------------------------------------------------------------------
+
+    def scan(self) -> None:
+        """One scan."""
+        self._begin()
+        self.runner.scan()
+        self._end()
+
+    def _begin(self) -> None:
+        for proxy in self.proxies:
+            told = proxy.tick()
+            if told is not None:
+                self._learn(proxy, told)
+        if self._fresh:
+            self._feedback()
+        if self._wiring is not None:
+            self._wiring.before()
+        self.machine.latch()
+        self._look_at_safety()
+        if self.customised_program is not None and self.state is not Master.ERROR:
+            for event in self.customised_program.control():
+                if isinstance(event, Started):
+                    for address in event.addresses:
+                        self.modules.give(event.module, address)
+                else:
+                    self.mail.raise_system("RECIPE_CHANGED", event.generation)
+        for life in self.modules.started():
+            self._tell(units.C_START, life.module.index)
+            self.mail.raise_system("START_MODULE", life.module.index)
+
+    def _feedback(self) -> None:
+        fresh, self._fresh = self._fresh, {}
+        for proxy in fresh.values():
+            detail = proxy.take()
+            if detail is not None:
+                self._tell(units.C_FEEDBACK, proxy.placed.aid, detail)
+            if detail == "end":
+                self._request(proxy)
+                self.mail.raise_system("ALG_DONE", proxy.placed.aid)
+
+    def _end(self) -> None:
+        self._tell(units.C_LOGIC)
+        machine = _machine(self.runner)
+        if machine is not self.machine:
+            self._bind(machine)
+        self.mail.fall()
+        self._look_at_safety()
+        for proxy in self.proxies:
+            command = proxy.look()
+            if command is not None:
+                self._sent(proxy, command)
+        for life in self.modules.ended():
+            self._tell(units.C_END, life.module.index)
+            self.mail.raise_system("STOP_MODULE", life.module.index)
+        for message, outcome in self.mail.broadcast():
+            self._tell(units.C_BCAST, message.flag - _MSGF, outcome.value)
+        self.mail.handle(lambda message, _: self._tell(units.C_MSG, message.flag - _MSGF))
+        if self.state is not Master.ERROR:
+            working = self.modules.working or any(proxy.executing for proxy in self.proxies)
+            event = MasterEvent.MODULES if working else MasterEvent.NO_MODULES
+            self.state = follow(MASTER, self.state, (event,))
+        self.modules.force()
+        for symbol, value in self._held:
+            self.machine.assign(symbol, value)
+        if self._wiring is not None:
+            self._wiring.after()
+
+    def _sent(self, proxy: Proxy, command: Command) -> None:
+        self._tell(units.C_SEND, proxy.placed.aid, command.name)
+        self._request(proxy)
+
+    def _request(self, proxy: Proxy) -> None:
+        """AFR: the algorithm has been asked for and has not ended."""
+        word, mask = bit(_AFR + proxy.placed.aid - 1)
+        (self.memory.bits.set if proxy.executing else self.memory.bits.clear)(word, mask)
+
+    def _tell(self, unit: str, index: int = 0, detail: str = "") -> None:
+        if self._note is not None:
+            self._note(unit, index, detail)
+
+    @property
+    def busy(self) -> bool:
+        """There are transfers to serve."""
+        return not all(proxy.endpoint.idle for proxy in self.proxies)
+
+    # ---- customised thread -----------------------------------------------------------------------
+
+    def customised(self) -> None:
+        """The customised program, in the rest of a scan."""
+        if self.customised_program is not None and self.state is not Master.ERROR:
+            self.customised_program.execute()
+
+    # ---- communication thread --------------------------------------------------------------------
+
+    def communicate(self) -> None:
+        """Serves the transfers of all algorithms as far as they go now."""
+        for proxy in self.proxies:
+            if not proxy.endpoint.idle:
+                told = proxy.poll()
+                if told is not None:
+                    self._learn(proxy, told)
+
+    def _learn(self, proxy: Proxy, told: Told) -> None:
+        if told is Told.FEEDBACK:
+            self._fresh[proxy.placed.aid] = proxy
+        elif told is Told.STOPPED:
+            self._request(proxy)
+        elif told is Told.FAULT:
+            self._p_fault(proxy)
+
+    # ---- faults ----------------------------------------------------------------------------------
+
+    def _p_fault(self, proxy: Proxy) -> None:
+        """P has given a transfer up: the module stands, its outputs are safe, the others go on (SPEC 2.5)."""
+        self._request(proxy)
+        proxy.tell_error(proxy.fault)
+        for life in self.modules.lives:
+            if proxy in life.proxies:
+                self._abort(life)
+        self.mail.raise_system("P_FAULT", proxy.placed.aid | proxy.fault << 16)
+
+    def _abort(self, life: Life) -> None:
+        if self.memory.bits.test(life.word, life.mask):
+            self.modules.clear(life)
+            self._tell(units.C_END, life.module.index, "abort")
+            if self.customised_program is not None:
+                self.customised_program.reset()
+        for proxy in life.proxies:
+            proxy.blocked = True
+            proxy.stop()
+        self.modules.hold(life)
+
+    def _look_at_safety(self) -> None:
+        estop = any(self._estop_of())
+        if estop and not self.estop:
+            self.emergency()
+        self.estop = estop
+        reset = any(self._reset_of())
+        if reset and not self._reset_before:
+            self.reset()
+        self._reset_before = reset
+
+    def emergency(self) -> None:
+        """Everything stands: no module is in work, no algorithm is wanted, all outputs are safe, until
+        ``reset``."""
+        self.estop = True
+        self.state = follow(MASTER, self.state, (MasterEvent.ESTOP,))
+        for life in self.modules.lives:
+            self.modules.clear(life)
+        for proxy in self.proxies:
+            proxy.give_up()
+            self._request(proxy)
+        if self.customised_program is not None:
+            self.customised_program.reset()
+        self.mail.clear()
+        self._hold_all()
+        self._on_emergency()
+        self.mail.raise_system("ESTOP")
+
+    def _hold_all(self) -> None:
+        self._held = self.machine.safe_values(range(len(self.machine.layout.programs)))
+
+    def reset(self) -> None:
+        """Acknowledges faults, by a person; nothing happens while the emergency lasts. Links that stand are
+        made new, slaves in `serror` leave it, modules can be started again."""
+        if self.estop:
+            return
+        self.state = follow(MASTER, self.state, (MasterEvent.ACKNOWLEDGE,))
+        self._held = []
+        self.modules.release()
+        faulty = {p.placed.slave for p in self.proxies if p.blocked or p.fault is not Code.OK}
+        for proxy in self.proxies:
+            if proxy.placed.slave in faulty:
+                proxy.renew()
+
+
+def _machine(runner: Machine | Controller) -> Machine:
+    return runner.machine if isinstance(runner, Controller) else runner
+
+
+_AFR = areas()["AFR"].base
+_MSGF = areas()["MSGF"].base

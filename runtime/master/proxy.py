@@ -1,0 +1,222 @@
+"""An algorithm as its master sees it: what the ladder wants of it, and what came back (SPEC 2, 6.2).
+
+The instance in the program is a proxy. After each scan its inputs are read: a rising edge of the power asks
+for START, a later change for UPDATE; the newest values win while a transfer is open. What the slave tells
+(outputs, error, state) waits here until the next scan, which takes it before the logic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from enum import Enum
+
+from ldc.il.placement import Placed, PlacedPin
+from ldc.types import BOOL
+from runtime.machine import Machine
+from runtime.processors.states import Algorithm as State
+from runtime.protocol import receiver, sender
+from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, values_of
+from runtime.protocol.endpoint import Endpoint
+from runtime.protocol.envelope import Command
+from runtime.protocol.memory import Memory
+from runtime.protocol.profile import Link, channel
+from runtime.symbols import Symbol
+
+Pins = tuple[object, ...]
+"""Values of the pins that go to the slave, in the order of ``Placed.parameters``."""
+
+_REAL = 3.4028235677973366e38
+"""A number from which on rounding to 32 bits gives infinity."""
+
+
+class Told(Enum):
+    """What polling has brought. ``FEEDBACK`` waits for the next scan; ``STOPPED``: the slave has taken STOP;
+    ``FAULT``: the link stands until it is reset; ``LINKED``: it is new again."""
+
+    FEEDBACK = "feedback"
+    STOPPED = "stopped"
+    FAULT = "fault"
+    LINKED = "linked"
+
+
+class Proxy:
+    """``executing``: from START until the slave has told the end (or the master has given it up). ``state``:
+    AFS as it was told last. ``fault``: why the link stands, OK while it does not.
+
+    ``blocked``: nothing is started until ``renew``, and then the power has to rise anew.
+    """
+
+    def __init__(self, placed: Placed, memory: Memory, ack_periods: int) -> None:
+        self.placed = placed
+        out = channel(placed.slave, True, placed.slot, placed.size)
+        into = channel(placed.slave, False, placed.slot, placed.size)
+        self._taken_by = _algorithm(placed.aid, placed.parameters)
+        self._fed_back = _algorithm(placed.aid, placed.feedback)
+        situation = Situation({placed.aid: self._fed_back}, frozenset((placed.aid,)))
+        self.endpoint = Endpoint(memory.shared, Link(out, ack_periods=ack_periods),
+                                 Link(into, ack_periods=ack_periods), situation)
+        self.executing = self.blocked = self._stops = False
+        self.state = State.IDLE
+        self.fault = Code.OK
+        self._machine: Machine | None = None
+        self._read: Callable[[], Pins] = tuple
+        self._outputs: dict[int, Symbol] = {}
+        self._raw: Pins | None = None
+        self._good: Pins = ()
+        self._sent: Pins = ()
+        self._command: Command | None = None
+        self._open: Command | None = None
+        self._armed = True
+        self._box: dict[int, object] | None = None
+
+    def bind(self, machine: Machine) -> None:
+        """Goes on with the variables of a machine."""
+        def symbols(pins: Iterable[PlacedPin]) -> tuple[Symbol, ...]:
+            return machine.find(f"{self.placed.path}.{pin.variable}" for pin in pins)
+
+        fed = self.placed.feedback[:-1]
+        self._machine, self._raw = machine, None
+        self._read = machine.reader(symbols(self.placed.parameters))
+        self._outputs = dict(zip((pin.pid for pin in fed), symbols(fed), strict=True))
+
+    # ---- in the scan -----------------------------------------------------------------------------
+
+    def take(self) -> str | None:
+        """C.FEEDBACK: what was delivered goes into the outputs. What it was, None when there was nothing."""
+        box, self._box = self._box, None
+        if box is None:
+            return None
+        for pid, symbol in self._outputs.items():
+            value = box[pid]
+            self._machine.assign(symbol, value != 0 if symbol.type == BOOL else value)
+        self.state = State(box[self.placed.feedback[-1].pid])
+        if self.state is State.RUNNING:
+            return ""
+        self._end(self.state is State.DONE)
+        return "end"
+
+    def _end(self, rested: bool) -> None:
+        """The slave executes it no more. One that came to rest had no power when it did: if it has now, it is
+        to begin anew."""
+        again = rested and self.executing and self._power() and not self.blocked
+        self.executing = self._stops = False
+        self._command = None
+        if again:
+            self.executing, self._command = True, Command.START
+
+    def look(self) -> Command | None:
+        """C.SEND: reads what the logic wants and sends what is due. The command that was sent."""
+        raw = self._read()
+        if raw != self._raw:
+            self._raw = raw
+            self._decide()
+        return None if self._command is None else self._send()
+
+    def _power(self) -> bool:
+        """What has no pin for it always has power."""
+        return self._raw is not None and (not self.placed.enabled or bool(self._raw[0]))
+
+    def _decide(self) -> None:
+        raw, pins = self._raw, self.placed.parameters
+        power, good = self._power(), all(map(_accepts, pins, raw))
+        self._armed = self._armed or not power
+        if good:
+            self._good = raw
+        elif self._good and self.placed.enabled:
+            self._good = raw[0], *self._good[1:]
+        if self.executing:
+            self._follow()
+        elif power and good and self._armed and not self.blocked:
+            self.executing, self._command, self._armed = True, Command.START, False
+
+    def _follow(self) -> None:
+        if self._command is None and not self._stops and self._good != self._sent:
+            self._command = Command.UPDATE
+
+    def _send(self) -> Command | None:
+        if not self.endpoint.ready:
+            return None
+        command, self._command = self._command, None
+        adata = b""
+        if command is not Command.STOP:
+            values = dict(zip((p.pid for p in self.placed.parameters), self._good, strict=True))
+            adata = adata_of(values, self._taken_by)
+            self._sent = self._good
+        self.endpoint.send(self.placed.aid, command, adata)
+        self._open = command
+        return command
+
+    def stop(self) -> None:
+        """Ends the algorithm at once, and keeps it from starting until the power has risen anew."""
+        self._armed = False
+        if self.executing and self._command is Command.START and self._open is None:
+            self.executing, self._command = False, None
+        elif self.executing:
+            self._command, self._stops = Command.STOP, True
+
+    def give_up(self) -> None:
+        """The slave has ended it without P (emergency)."""
+        self.executing = self._armed = self._stops = False
+        self.blocked, self._command, self._box = True, None, None
+
+    def renew(self) -> None:
+        """Makes the link new and lets the algorithm be started again; by RESET its slave leaves `serror`."""
+        self.blocked, self.fault = False, Code.OK
+        self.endpoint.reset()
+
+    def tell_error(self, code: int) -> None:
+        """The instance tells an error of the link, as if it were fed back."""
+        self._machine.assign(self._outputs[self.placed.feedback[-2].pid], code)
+
+    # ---- in the communication thread ---------------------------------------------------------------
+
+    def poll(self) -> Told | None:
+        """Serves the transfers; the most important thing that has come of it."""
+        told = None
+        for event in self.endpoint.poll():
+            told = self._learn(event) or told
+        return told
+
+    def tick(self) -> Told | None:
+        """A scan has passed: what was waited for too long is given up."""
+        for event in self.endpoint.tick():
+            return self._learn(event)
+        return None
+
+    def _learn(self, event: sender.Event | receiver.Event) -> Told | None:
+        match event:
+            case receiver.Delivered(envelope) if envelope.cmd != Command.RESET:
+                self._box = values_of(envelope, self._fed_back)
+                return Told.FEEDBACK
+            case sender.Done():
+                return self._taken()
+            case sender.Linked():
+                self.fault = Code.OK
+                return Told.LINKED
+            case sender.Fault(code=code):
+                return self._failed(code)
+        return None
+
+    def _taken(self) -> Told | None:
+        command, self._open = self._open, None
+        if command is Command.STOP:
+            self.executing = self._stops = False
+            self.state = State.IDLE
+            return Told.STOPPED
+        if self.executing:
+            self._follow()
+        return None
+
+    def _failed(self, code: Code) -> Told:
+        self.fault, self._open, self._command = code, None, None
+        self.executing = self._armed = self._stops = False
+        return Told.FAULT
+
+
+def _algorithm(aid: int, pins: Iterable[PlacedPin]) -> Algorithm:
+    return Algorithm(aid, tuple(Parameter(pin.pid, pin.type, pin.low, pin.high) for pin in pins))
+
+
+def _accepts(pin: PlacedPin, value: float) -> bool:
+    """The slave would take the value: it is in range, and a number that 32 bits hold."""
+    return pin.low <= value <= pin.high and (pin.type != "f32" or -_REAL < value < _REAL)

@@ -1,0 +1,50 @@
+"""Located inputs and outputs of the master that a plant is wired to: copied between field and process image at
+the boundaries of a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from runtime.field import Field
+from runtime.machine import Machine
+
+
+class Wiring:
+    """``points``: addresses or paths of located variables of the areas I and Q that are points of the field."""
+
+    def __init__(self, field: Field, points: Iterable[str]) -> None:
+        self._field, self._points = field, tuple(points)
+        self._machine: Machine | None = None
+        self._inputs: list[tuple[Callable[[], object], object]] = []
+        self._outputs: tuple[Callable[[object], None], ...] = ()
+        self._read: Callable[[], tuple] = tuple
+        self._given: list[object] = []
+        self._shown: tuple = ()
+
+    def bind(self, machine: Machine) -> None:
+        """Goes on with the variables of a machine; what it does not have is wired to nothing."""
+        symbols = [(point, symbol) for point, symbol in zip(self._points, machine.known(self._points), strict=True)
+                   if symbol is not None]
+        self._machine = machine
+        self._inputs = [(self._field.reader(point), s) for point, s in symbols if s.area == "I"]
+        self._given = [None] * len(self._inputs)
+        outputs = [(point, s) for point, s in symbols if s.area == "Q"]
+        self._outputs = tuple(self._field.writer(point) for point, _ in outputs)
+        self._read = machine.reader(s for _, s in outputs)
+        self._shown = ()
+
+    def before(self) -> None:
+        """Inputs of the machine get what the plant has written, as far as it has changed."""
+        for at, (read, symbol) in enumerate(self._inputs):
+            value = read()
+            if value != self._given[at]:
+                self._given[at] = value
+                self._machine.put(symbol, value)
+
+    def after(self) -> None:
+        """The plant sees the outputs of the scan."""
+        now = self._read()
+        if now != self._shown:
+            self._shown = now
+            for write, value in zip(self._outputs, now, strict=True):
+                write(value)
