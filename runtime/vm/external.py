@@ -32,12 +32,12 @@ def call(
     """A function that runs the native code on an instance; its second argument is the time since the last
     call in nanoseconds. ``homes``: where the globals are, by name in capitals. Raises OSError when the
     library cannot be loaded."""
-    ffi = _declared(unit)
+    ffi = declared(unit)
     library = ffi.dlopen(str(binding.library))
     parts = c_types.members(unit)
-    fill = [_to_c(v.name, v.type) for v in parts["in"]]
-    out = [(_to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["out"]]
-    state = [(_to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["state"]]
+    fill = [to_c(v.name, v.type) for v in parts["in"]]
+    out = [(to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["out"]]
+    state = [(to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["state"]]
     given, taken, kept = ffi.new("ldc_in *"), ffi.new("ldc_out *"), ffi.new("ldc_state *")
     memory = ffi.new("unsigned char[]", max(binding.size, 1))
     reads = [_window(ffi, memory, s, namespace, homes) for s in binding.shared]
@@ -67,7 +67,8 @@ def call(
 
 
 @cache
-def _declared(unit: Unit) -> cffi.FFI:
+def declared(unit: Unit) -> cffi.FFI:
+    """The structures of a unit with native code and its entry, for a library of it."""
     ffi = cffi.FFI()
     # Values of an array are one list here, whatever its dimensions.
     text = [
@@ -81,7 +82,8 @@ def _declared(unit: Unit) -> cffi.FFI:
     return ffi
 
 
-def _to_c(name: str, type_: Type) -> Callable[[object, object], None]:
+def to_c(name: str, type_: Type) -> Callable[[object, object], None]:
+    """Copies a variable of an instance, the second argument, into a structure."""
     attribute, member = slot(name), c_types.member(name)
     set_value = _setter(type_)
 

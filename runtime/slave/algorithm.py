@@ -1,0 +1,260 @@
+"""Algorithms as a slave executes them: native code on structures that stay, or IL on a machine of its own.
+
+Both have one interface. Parameters arrive as the values of P, in the order of ``Placed.parameters``; local
+pins are words of the field, read before an execution and written after it (docs/components.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ldc.expr import Place
+from ldc.il import c_types
+from ldc.il.external import Binding
+from ldc.il.placement import ERROR, Placed
+from ldc.il.program import Instr, Program, Resource, Run, RungCode, Task, Unit
+from ldc.symbols import Variable
+from ldc.types import BOOL, Array, Instance, Struct, Type
+from runtime.faults import Fault
+from runtime.field import Field
+from runtime.layout import lay_out
+from runtime.vm.machine import Machine
+from runtime.vm.memory import Memory
+
+NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
+"""What ``error`` becomes for a local input that is no number, or outside of its range (SPEC 2.4)."""
+
+_ALONE, _IT = "ALONE", "it"
+
+
+class AlgorithmFault(Exception):
+    """IL that was executed on a slave came to a fault. It is not to be executed any more."""
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        super().__init__(fault.message)
+
+    @property
+    def error(self) -> int:
+        """The code of the fault as ``error`` tells it: 801 for LD0801."""
+        return int(self.fault.code[2:])
+
+
+class Algorithm(Protocol):
+    """What a slave executes. ``error``: what the last execution left there, 0 for nothing."""
+
+    error: int
+
+    def take(self, values: Sequence[bool | int | float]) -> None:
+        """New parameters. They count from the next execution on."""
+
+    def execute(self, dt_ns: int) -> bool:
+        """One execution, ``dt_ns`` after the last one, 0 for the first after a START. Whether it may have more
+        to do: it has power, or has changed its outputs or its state. Raises AlgorithmFault."""
+
+    def outputs(self) -> tuple[bool | int | float, ...]:
+        """The values of ``Placed.feedback`` without ``error`` and AFS."""
+
+    def safe(self) -> None:
+        """Local outputs get their initial values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Maker:
+    """Makes algorithms of one unit. ``program``: what it needs to run alone; ``bindings``: native code in it."""
+
+    unit: Unit
+    program: Program
+    bindings: tuple[Binding, ...]
+
+    def __call__(self, placed: Placed, field: Field) -> Algorithm:
+        """Raises OSError when native code cannot be loaded, MissingNative when it is not bound."""
+        if self.unit.external is None:
+            return UnitAlgorithm(self.program, self.unit, placed, field, self.bindings)
+        return NativeAlgorithm(self.program, self.unit, placed, field, self.bindings)
+
+
+def makers(program: Program, bindings: Iterable[Binding] = ()) -> dict[str, Maker]:
+    """How the algorithms of a program are made, by the names of their units in capitals."""
+    bound = tuple(bindings)
+    full = {u.name.upper(): u for u in (*program.units, *program.algorithms)}
+    return {unit.name.upper(): Maker(unit, _alone(program, unit, full), bound) for unit in program.algorithms}
+
+
+def _alone(program: Program, unit: Unit, full: dict[str, Unit]) -> Program:
+    """A program that executes one instance of a unit in every scan, and has nothing else."""
+    needed: dict[str, Unit] = {}
+    _collect(unit, full, needed)
+    frame = Unit("PROGRAM", _ALONE, (Variable(_IT, Instance(unit.name.upper())),),
+                 (RungCode("call", (Instr("CAL", Place(_IT, Instance(unit.name.upper()))),)),))
+    resource = Resource("slave", "slave", (Task("algorithm"),), (Run(_ALONE, _ALONE, "algorithm"),))
+    return Program((*needed.values(), frame), program.types, (), (resource,))
+
+
+def _collect(unit: Unit, full: dict[str, Unit], needed: dict[str, Unit]) -> None:
+    """A unit and what it calls, callees first."""
+    if unit.name.upper() in needed:
+        return
+    names = [i.name for rung in unit.rungs for i in rung.code if i.op == "FN"]
+    for name in (*names, *(pou for v in unit.variables for pou in _blocks(v.type))):
+        if name.upper() in full:
+            _collect(full[name.upper()], full, needed)
+    needed[unit.name.upper()] = unit
+
+
+def _blocks(type_: Type) -> Iterable[str]:
+    match type_:
+        case Instance(pou):
+            yield pou
+        case Array(element=element):
+            yield from _blocks(element)
+        case Struct(fields=fields):
+            for member in fields:
+                yield from _blocks(member.type)
+
+
+class NativeAlgorithm:
+    """The entry of a component in C or C++, called on its three structures."""
+
+    __slots__ = ("error", "_entry", "_given", "_made", "_kept", "_bytes", "_before", "_names", "_values", "_reads",
+                 "_writes", "_fed", "_enabled", "_owned")
+
+    def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
+                 bindings: Iterable[Binding]) -> None:
+        from runtime.vm import external  # loads cffi, which only native code needs
+
+        binding = next((b for b in bindings if b.unit.upper() == unit.name.upper()), None)
+        if binding is None:
+            raise external.MissingNative(unit)
+        ffi = external.declared(unit)
+        library = ffi.dlopen(str(binding.library))
+        self._entry = library.ldc_entry
+        self._given, self._made, self._kept = (ffi.new(f"ldc_{part} *") for part in ("in", "out", "state"))
+        memory = ffi.new("unsigned char[]", max(binding.size, 1))
+        if binding.size:
+            library.ldc_memory = memory
+        fresh = Memory(lay_out(program)).fresh(Instance(unit.name))
+        for structure, part in ((self._given, "in"), (self._made, "out"), (self._kept, "state")):
+            for v in c_types.members(unit)[part]:
+                external.to_c(v.name, v.type)(structure, fresh)
+        self._owned = library, memory  # views and the entry do not keep what they point into
+        self._bytes = ffi.buffer(self._made), ffi.buffer(self._kept)
+        self._before: tuple[bytes, ...] = ()
+        self._names = tuple(c_types.member(p.name) for p in placed.parameters)
+        self._values: list[bool | int | float | None] = [None] * len(self._names)
+        self._reads = tuple((field.reader(p.path), c_types.member(p.name), p.low, p.high)
+                            for p in placed.local if not p.output)
+        self._writes = tuple((field.writer(p.path), c_types.member(p.name), p.initial)
+                             for p in placed.local if p.output)
+        self._fed = tuple(c_types.member(p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
+        self._enabled = placed.enabled
+        self.error = 0
+        self.safe()
+
+    def take(self, values: Sequence[bool | int | float]) -> None:
+        held = self._values
+        for number, value in enumerate(values):
+            if value != held[number]:
+                held[number] = value
+                setattr(self._given, self._names[number], value)
+
+    def execute(self, dt_ns: int) -> bool:
+        given, made, error = self._given, self._made, 0
+        powered = self._enabled and self._values[0]
+        if not powered and not self._before:
+            self._before = tuple(map(bytes, self._bytes))
+        for read, name, low, high in self._reads:
+            value = read()
+            if low <= value <= high:
+                setattr(given, name, value)
+            else:
+                error = OUT_OF_RANGE if value == value else NOT_A_NUMBER
+        made.error = error
+        if not error:
+            self._entry(given, made, self._kept, min(dt_ns // 1000, 0xFFFFFFFF))
+            error = made.error
+        self.error = error
+        for write, name, _ in self._writes:
+            write(getattr(made, name))
+        if powered:
+            self._before = ()
+            return True
+        before, self._before = self._before, tuple(map(bytes, self._bytes))
+        return self._before != before
+
+    def outputs(self) -> tuple[bool | int | float, ...]:
+        made = self._made
+        return tuple([getattr(made, name) for name in self._fed])
+
+    def safe(self) -> None:
+        for write, name, initial in self._writes:
+            setattr(self._made, name, initial)
+            write(initial)
+
+
+class UnitAlgorithm:
+    """A component in IL or ST: its whole unit, checks and all, on a virtual machine. Its clock counts the times
+    between executions, so that it stands still while nothing is executed."""
+
+    __slots__ = ("error", "_machine", "_power", "_values", "_inputs", "_reads", "_writes", "_fed", "_all", "_before",
+                 "_error")
+
+    def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
+                 bindings: Iterable[Binding]) -> None:
+        machine = self._machine = Machine(program, period_ns=1, bindings=tuple(bindings))
+
+        def symbol(name: str):
+            return machine.symbols.find(f"{_IT}.{name}")
+
+        self._inputs = tuple(symbol(p.name) for p in placed.parameters)
+        self._values: list[bool | int | float | None] = [None] * len(self._inputs)
+        self._reads = tuple((field.reader(p.path), symbol(p.name)) for p in placed.local if not p.output)
+        self._writes = tuple((field.writer(p.path), symbol(p.name), p.initial) for p in placed.local if p.output)
+        fed = [symbol(p.name) for p in placed.feedback if p.name not in (ERROR, "AFS")]
+        self._fed = machine.reader(fed)
+        self._all = machine.reader(machine.symbols.all())
+        self._error = symbol(ERROR)
+        self._power = symbol(placed.parameters[0].name) if placed.enabled else None
+        self._before: tuple = ()
+        self.error = 0
+        self.safe()
+
+    def take(self, values: Sequence[bool | int | float]) -> None:
+        held, machine = self._values, self._machine
+        for number, value in enumerate(values):
+            if value != held[number]:
+                held[number] = value
+                machine.assign(self._inputs[number], bool(value) if self._inputs[number].type == BOOL else value)
+
+    def execute(self, dt_ns: int) -> bool:
+        machine = self._machine
+        powered = self._power is not None and machine.value(self._power)
+        if not powered and not self._before:
+            self._before = self._all()
+        for read, symbol in self._reads:
+            machine.assign(symbol, read())
+        machine.now_ns += dt_ns
+        now = machine.now_ns
+        machine.scan()
+        machine.now_ns = now
+        if machine.faults:
+            self.safe()
+            raise AlgorithmFault(machine.faults[-1])
+        self.error = machine.value(self._error)
+        for write, symbol, _ in self._writes:
+            write(machine.value(symbol))
+        if powered:
+            self._before = ()
+            return True
+        before, self._before = self._before, self._all()
+        return self._before != before
+
+    def outputs(self) -> tuple[bool | int | float, ...]:
+        return self._fed()
+
+    def safe(self) -> None:
+        for write, symbol, initial in self._writes:
+            self._machine.assign(symbol, initial)
+            write(initial)
