@@ -6,6 +6,8 @@ import re
 import time
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from plcopen_xml import block, coil, contact, ladder, rail, value
 from test_plcopen import built
 
@@ -93,3 +95,37 @@ def test_as_many_levels_as_there_may_be() -> None:
         if not reads:
             (problem,) = found
             assert (problem.code, problem.primary.span.start) == ("LD0142", 3 * MAX_DEPTH)
+
+
+BLANKS = st.sampled_from(["", " ", "\n  "])
+PLACES = st.sampled_from(['', '<position x="60" y="20"/>', '<position y="5" x="7" />',
+                          '<position x="1.5" y="-3"/>'])
+WIRE = st.sampled_from(['<connection refLocalId="3"/>', '<connection refLocalId="5" formalParameter="Q"/>',
+                        '<connection formalParameter="Q" refLocalId="5"></connection>',
+                        '<connection refLocalId="7">\n<position x="1" y="2"/><position x="3" y="2"/>'
+                        "</connection>"])
+POINT = st.builds(lambda place, wires: f"<connectionPointIn>{place}{''.join(wires)}</connectionPointIn>",
+                  st.sampled_from(["", '<relPosition x="0" y="8"/>']), st.lists(WIRE, max_size=3))
+WORDS = st.sampled_from(["", "<variable>a</variable>", "<variable> a.b[2] </variable>", "<variable></variable>",
+                         "<variable>a &amp; b</variable>", "<variable><!-- no -->c</variable>"])
+
+
+@given(st.sampled_from(["contact", "coil"]), PLACES,
+       st.one_of(st.just(""), POINT, st.just("<connectionPointIn/>")),
+       st.sampled_from(["", "<connectionPointOut/>", '<connectionPointOut>\n<relPosition x="2" y="8"/>'
+                        "</connectionPointOut>"]), WORDS, st.sampled_from(["", "<documentation/>"]), BLANKS)
+def test_what_is_written_as_usual_says_what_its_tree_says(
+        tag: str, place: str, point: str, out: str, words: str, more: str, blank: str) -> None:
+    inside = blank.join(["", place, point, out, words, more, ""])
+    text = f'<LD><{tag} localId="4" negated="true">{inside}</{tag}></LD>'
+    node = Document(SourceFile("x.xml", text), Diagnostics()).root.children[0]
+    tree = node.like(tag, node.children)
+    assert tree.usual is None
+    if place:
+        assert (node.usual is None) == ("&" in words or "<!--" in words or bool(more))
+    assert node.position == tree.position
+    said = [[(wire.get("refLocalId"), wire.get("formalParameter"), wire.span) for wire in one.wires()]
+            for one in (node, tree)]
+    assert said[0] == said[1]
+    assert node.words("variable") == tree.words("variable")
+    assert (node.end, node.whole, node.flag("negated")) == (len(text) - len("</LD>"), tree.whole, True)

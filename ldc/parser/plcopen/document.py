@@ -13,7 +13,7 @@ from html import unescape
 from xml.parsers import expat
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser.plcopen import findings
+from ldc.parser.plcopen import findings, usual
 from ldc.parser.plcopen.nesting import flat, nests
 from ldc.source import SourceFile, Span
 
@@ -39,9 +39,12 @@ _NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _USUAL = re.compile(r'''[ ]([^ =<>"/]+)="([^"]*)"''')
 """An attribute as nearly all are written: without apostrophes, references and line ends."""
+_CONNECTION = re.compile(r"""<connection (?:refLocalId="(\w++)"(?: formalParameter="(\w*+)")?/?>|[^<>]*+>)""")
+_PLACE = re.compile(r"""x="(\d{1,15})" y="(\d{1,15})"/""", re.ASCII)
 _CDATA = "<![CDATA["
 _BLANK = re.compile(r"\r\n|[\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
+_FULL = ("body", "variable", *usual.TAGS)
 _ENDS_EARLY = "it ends before its elements are closed"
 
 
@@ -49,16 +52,29 @@ class Node:
     """An element: ``start`` and ``end`` enclose it, ``inside`` and ``stop`` what is between its tags.
 
     ``closing``: where the end tag begins; ``start`` in an element without one. Attributes are looked up in
-    the text when somebody asks for one: most elements of a drawing are never asked.
+    the text when somebody asks for one: most elements of a drawing are never asked. ``usual``: what is in a
+    contact, coil or rail that is written as usual; its children are read when somebody asks.
     """
 
-    __slots__ = ("document", "tag", "start", "inside", "closing", "children", "_attributes")
+    __slots__ = ("document", "tag", "start", "inside", "closing", "usual", "_children", "_attributes")
 
     def __init__(self, document: Document, tag: str, start: int, inside: int, closing: int,
                  attributes: dict[str, str] | None = None) -> None:
         self.document, self.tag, self.start, self.inside, self.closing = document, tag, start, inside, closing
-        self.children: Sequence[Node] = ()
+        self.usual: re.Match[str] | None = None
+        self._children: Sequence[Node] | None = ()
         self._attributes = attributes
+
+    @property
+    def children(self) -> Sequence[Node]:
+        found = self._children
+        if found is None:
+            found = self._children = self.document.parts(self)
+        return found
+
+    @children.setter
+    def children(self, children: Sequence[Node]) -> None:
+        self._children = children
 
     def like(self, tag: str, children: Sequence[Node], attributes: dict[str, str] | None = None) -> Node:
         """An element at the same place with another tag, other children and perhaps attributes."""
@@ -71,12 +87,7 @@ class Node:
     def attributes(self) -> dict[str, str]:
         found = self._attributes
         if found is None:
-            head = self.document.source.text[self.start : self.inside]
-            found = dict(_USUAL.findall(head))
-            if 2 * len(found) != head.count('"') or "'" in head or "&" in head or not head.isprintable():
-                found = {name: unescape(_BLANK.sub(" ", one or other))
-                         for name, one, other in _ATTRIBUTE.findall(head)}
-            self._attributes = found
+            found = self._attributes = _attributes(self.document.source.text[self.start : self.inside])
         return found
 
     @property
@@ -105,14 +116,14 @@ class Node:
         return (child for child in self.children if child.tag in tags)
 
     def descendants(self, *tags: str) -> Iterator[Node]:
-        """In the order of the document; those of a matching node are not searched, nor are bodies below
-        this node: what is looked for by name stands beside them, and they are nearly all of a file."""
+        """In the order of the document; those of a matching node are not searched, nor are bodies and variables
+        below this node: what is looked for by name stands beside them, and they are nearly all of a file."""
         work = list(reversed(self.children))
         while work:
             node = work.pop()
             if node.tag in tags:
                 yield node
-            elif node.children and node.tag != "body":
+            elif node.tag not in _FULL and node.children:
                 work += reversed(node.children)
 
     def get(self, name: str) -> str:
@@ -125,10 +136,43 @@ class Node:
 
     def number(self, name: str, default: int = 0) -> int:
         """An attribute as a whole number (positions are decimal fractions in some exports)."""
-        text = self.get(name).strip()
-        if len(text) < 16 and text.isascii() and text.isdecimal():
-            return int(text)
-        return int(float(text)) if _NUMBER.fullmatch(text) else default
+        return _number(self.get(name), default)
+
+    @property
+    def position(self) -> tuple[int, int]:
+        """Where it is drawn: y, x; (0, 0) when that is not said."""
+        if self.usual is not None:
+            place = self.usual[usual.PLACE] or ""
+            if (plain := _PLACE.fullmatch(place)) is not None:
+                return int(plain[2]), int(plain[1])
+            at = _attributes(f" {place}")
+            return _number(at.get("y", "")), _number(at.get("x", ""))
+        at = self.find("position")
+        return (at.number("y"), at.number("x")) if at is not None else (0, 0)
+
+    def wires(self) -> Iterator[Node]:
+        """The connections to its input."""
+        if self.usual is None:
+            point = self.find("connectionPointIn")
+            yield from point.all("connection") if point is not None else ()
+            return
+        for found in _CONNECTION.finditer(self.document.source.text, *self.usual.span(usual.WIRES)):
+            id_, pin = found.groups("")
+            plain = {"refLocalId": id_, "formalParameter": pin} if id_ else None
+            start, end = found.span()
+            yield Node(self.document, "connection", start, end, start, plain)
+
+    def words(self, tag: str) -> Span | None:
+        """The text of a child, or None when there is none."""
+        if self.usual is None:
+            child = self.find(tag)
+            return child.content if child is not None else None
+        start, end = self.usual.span(usual.WORDS) if tag == "variable" else (-1, -1)
+        if start < 0:
+            return None
+        text = self.document.source.text[start:end]
+        start += len(text) - len(text.lstrip())
+        return Span(self.document.source, min(start, end), max(start, start + len(text.strip())))
 
     @property
     def span(self) -> Span:
@@ -141,7 +185,12 @@ class Node:
 
     def attribute(self, name: str) -> Span:
         """The value of an attribute, between its quotes; in the text where character references are read."""
-        for found in _ATTRIBUTE.finditer(self.document.source.text, self.start, self.inside):
+        text = self.document.source.text
+        plain = text.find(f' {name}="', self.start, self.inside)
+        if plain == self.start + 1 + len(self.tag):  # the first one, as usual
+            plain += len(name) + 3
+            return self.document.readable(plain, text.find('"', plain))
+        for found in _ATTRIBUTE.finditer(text, self.start, self.inside):
             if found[1] == name:
                 return self.document.readable(*found.span(found.lastindex))
         return self.span
@@ -176,8 +225,8 @@ class Document:
         self.source = source
         self._plain: SourceFile | None = None
         text = source.text
-        root, stack, refused = self._tree(len(text))
-        self.root = root if self._is_xml(refused, diagnostics) else None
+        roots, stack, refused = self._tree(0, len(text))
+        self.root = (roots[0] if roots else None) if self._is_xml(refused, diagnostics) else None
         if self.root is not None and refused is not None:
             deep = len(stack) >= MAX_DEPTH
             what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
@@ -223,17 +272,23 @@ class Document:
 
     # ---- reading
 
-    def _tree(self, end: int) -> tuple[Node | None, list[Node], int | None]:
-        """The root, the elements that are open where the text ends, and the tag at which there are too many
-        (of a text that is no XML: something)."""
+    def parts(self, node: Node) -> list[Node]:
+        """What is in an element that was passed over."""
+        return self._tree(node.inside, node.closing)[0]
+
+    def _tree(self, at: int, end: int) -> tuple[list[Node], list[Node], int | None]:
+        """The elements in a part of the text that are in no other one, those that are open where it ends, and
+        the tag at which there are too many (of a text that is no XML: something)."""
         roots: list[Node] = []
         siblings = roots
         stack: list[tuple[Node, list[Node]]] = []
         tags: dict[str | None, str] = {None: "connection"}
         count, refused = 0, None
         text = self.source.text
-        for match in (_ANY_TAG if _WITHIN.search(text) else _USUAL_TAG).finditer(text, 0, end):
-            kind = match.lastindex
+        plain = _WITHIN.search(text) is None
+        search = (_USUAL_TAG if plain else _ANY_TAG).search
+        while (match := search(text, at, end)) is not None:
+            at, kind = match.end(), match.lastindex
             if kind == _END:
                 if not stack:
                     break
@@ -257,12 +312,15 @@ class Document:
                 node = Node(self, tag, start, match.start(_OPEN), match.start(_LEAF))
             if tag != "relPosition":
                 siblings.append(node)
-            if kind == _OPEN:
+            if kind == _OPEN and plain and (rest := usual.inside(name, text, at, end)) is not None:
+                node.usual, node._children, node.closing = rest, None, rest.end() - len(name) - 3
+                at = rest.end()
+            elif kind == _OPEN:
                 stack.append((node, siblings))
                 siblings = []
                 if tag != "connection":
                     node.children = siblings
-        return roots[0] if roots else None, [node for node, _ in stack], refused
+        return roots, [node for node, _ in stack], refused
 
     def _is_xml(self, end: int | None, diagnostics: Diagnostics) -> bool:
         """Whether the text, up to a place, is XML; tells where it is not."""
@@ -279,13 +337,31 @@ class Document:
         except expat.ExpatError as error:
             before = data[: max(0, parser.ErrorByteIndex)].decode("utf-8", "ignore")
             at = min(skip + len(before), len(text))
-            _, opened, _ = self._tree(at)
+            _, opened, _ = self._tree(0, at)
             what = _ENDS_EARLY if at >= len(text.rstrip()) else expat.ErrorString(error.code) or "no XML"
             findings.not_well_formed(diagnostics, Span(self.source, at, at + 1), what,
                                      opened[-1].span if opened else None)
         else:
             return True
         return False
+
+
+def _attributes(head: str) -> dict[str, str]:
+    """The attributes in a start tag."""
+    found = dict(_USUAL.findall(head))
+    if 2 * len(found) != head.count('"') or "'" in head or "&" in head or not head.isprintable():
+        found = {name: unescape(_BLANK.sub(" ", one or other))
+                 for name, one, other in _ATTRIBUTE.findall(head)}
+    return found
+
+
+def _number(text: str, default: int = 0) -> int:
+    if not text:
+        return default
+    text = text.strip()
+    if len(text) < 16 and text.isascii() and text.isdecimal():
+        return int(text)
+    return int(float(text)) if _NUMBER.fullmatch(text) else default
 
 
 def _doctype(*_) -> None:

@@ -69,16 +69,15 @@ class Element:
 
     def __post_init__(self) -> None:
         self.kind = self.node.tag
-        at = self.node.find("position")
-        self.position = (at.number("y"), at.number("x")) if at is not None else (0, 0)
+        self.position = self.node.position
 
     def describe(self) -> str:
         """What the element is called in messages."""
         y, x = self.position
         what = {"inVariable": "input variable", "outVariable": "output variable"}.get(self.kind, self.kind)
         name = self.node.get("instanceName") or self.node.get("typeName") or self.node.get("name")
-        text = self.node.find("variable") or self.node.find("expression")
-        name = name or (" ".join(text.content.text.split())[:40] if text is not None else "")
+        text = self.node.words("variable") or self.node.words("expression")
+        name = name or (" ".join(text.text.split())[:40] if text is not None else "")
         return f"{what} {self.id}" + (f" `{name}`" if name else "") + (f" at ({x}, {y})" if x or y else "")
 
 
@@ -144,7 +143,8 @@ class Drawing:
         self.elements[id_] = element
 
     def _input(self, node: Node, name: str) -> Input:
-        found = Input(name, node, text=_text(node.find("connectionPointIn", "expression")))
+        text = None if node.usual is not None else _text(node.find("connectionPointIn", "expression"))
+        found = Input(name, node, text=text)
         if node.tag == "variable":
             found.negated = node.flag("negated")
             found.edge = {"rising": "R_TRIG", "falling": "F_TRIG"}.get(node.get("edge"), "")
@@ -161,8 +161,7 @@ class Drawing:
         self._follow(named)
 
     def _sources(self, element: Element, pin: Input) -> Iterator[Output]:
-        point = pin.node.find("connectionPointIn")
-        for wire in point.all("connection") if point is not None else ():
+        for wire in pin.node.wires():
             id_ = wire.get("refLocalId").strip()
             source = self.elements.get(id_)
             if source is None and id_ in self.placeholders:
@@ -199,8 +198,7 @@ class Drawing:
         if not block.node.get("instanceName").strip() or self.more.has_pin(type_, "EN"):
             return False
         enable = next((pin for pin in block.inputs if pin.name.upper() == "EN"), None)
-        point = enable.node.find("connectionPointIn") if enable is not None else None
-        wires = point.all("connection") if point is not None else ()
+        wires = enable.node.wires() if enable is not None else ()
         sources = [self.elements.get(wire.get("refLocalId").strip()) for wire in wires]
         return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
@@ -255,6 +253,8 @@ class Drawing:
 
 def _first_number(body: Node) -> int:
     """The least number of an order of execution: 0 says that there is none, unless they count from there."""
+    if body.document.source.text.find("executionOrderId", body.start, body.end) < 0 and type(body) is Node:
+        return 1
     numbers = [int(text) for node in body.children
                if (text := node.get("executionOrderId").strip()).isdecimal() and len(text) < 10]
     return 0 if len(numbers) > 1 and sorted(numbers) == list(range(len(numbers))) else 1

@@ -1,8 +1,8 @@
 """Edges between nets joined in series and side by side: the structure of the text of a rung.
 
-It is a matter of the nets alone, so elements are numbers here: what is found for one rung holds for all rungs
-of its shape. What a rung does depends on the order of the text, so edges are joined only where the order stays:
-contacts may change places with contacts, with nothing else.
+It is a matter of the nets alone, so elements are numbers here: what is found for one rung holds for all
+rungs of its shape. What a rung does depends on the order of the text, so edges are joined only where the
+order stays: contacts may change places with contacts, with nothing else.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ MAX_DEPTH = 16
 
 
 class Bare(NamedTuple):
-    """An element without what it says: whether it is a contact with a plain operand, the nets before and behind
-    it, those that its pins read and write, and those of its pins in the order of the text."""
+    """An element without what it says: whether it is a contact with a plain operand, the nets before and
+    behind it, those that its pins read and write, and those of its pins in the order of the text."""
 
     contact: bool
     head: int

@@ -143,7 +143,9 @@ class _Writer:
 
         return block
 
-    def _at_pin(self, net: int) -> Callable[[ast.Junction, Sequence[Step], _Nets], ast.Branches | ast.Junction]:
+    def _at_pin(
+        self, net: int
+    ) -> Callable[[ast.Junction, Sequence[Step], _Nets], ast.Branches | ast.Junction]:
         network = self.at_pins.get(net)
         if network is None:
             name = self._name(net)

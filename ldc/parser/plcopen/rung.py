@@ -148,8 +148,7 @@ class RungWriter:
 
     def _contact(self, element: Element) -> None:
         node, span = element.node, element.node.span
-        text = node.find("variable")
-        expr = self.expression(text.content if text is not None else None, element)
+        expr = self.expression(node.words("variable"), element)
         modifier = _MODIFIERS.get(node.get("edge"), "")
         if node.flag("negated"):
             modifier = _OPPOSITE[modifier]
@@ -160,8 +159,7 @@ class RungWriter:
 
     def _coil(self, element: Element) -> None:
         node = element.node
-        text = node.find("variable")
-        target = self.expression(text.content if text is not None else None, element)
+        target = self.expression(node.words("variable"), element)
         modifier = _STORAGE.get(node.get("storage")) or _MODIFIERS.get(node.get("edge"), "")
         net, tail = self.net(element.inputs[0]), self.tail((element.id, ""), node.span)
         if node.flag("negated") and modifier:

@@ -1,0 +1,34 @@
+"""What is in a contact, a coil or a rail as nearly all editors write it: found by one expression.
+
+A drawing is mostly these, and a tree of their parts would be most of the work of reading it. What is written
+in another way is read as a tree.
+"""
+
+from __future__ import annotations
+
+import re
+
+_WIRES = r"""(?:<connection[ ][^<>]*+
+    (?:(?<=/)>|>\s*+(?:<position[ ][^<>]*+(?<=/)>\s*+)*+</connection>)\s*+)*+"""
+_POINT = r"""<connectionPoint{side}(?:[ /][^<>]*+)?(?:(?<=/)>|>\s*+(?:<relPosition[ ][^<>]*+(?<=/)>\s*+)?
+    {wires}</connectionPoint{side}>)\s*+"""
+_PLACE = r"\s*+(?:<position[ ]([^<>]*+)(?<=/)>\s*+)?"
+_OUT = f"(?:{_POINT.format(side='Out', wires='')})*+"
+_ELEMENT = re.compile(
+    rf"{_PLACE}(?:{_POINT.format(side='In', wires=f'({_WIRES})')})?{_OUT}"
+    r"(?:<variable>([^<>&]*+)</variable>\s*+)?</(contact|coil)>", re.VERBOSE)
+_RAIL = re.compile(
+    rf"{_PLACE}()(?:{_POINT.format(side='In', wires=_WIRES)})*+{_OUT}()</(leftPowerRail|rightPowerRail)>",
+    re.VERBOSE)
+PLACE, WIRES, WORDS, END = 1, 2, 3, 4
+"""The groups: attributes of the position, the wires to the one input, the variable, the tag that ends."""
+
+TAGS = ("contact", "coil", "leftPowerRail", "rightPowerRail")
+_OF_TAG = dict(zip(TAGS, (_ELEMENT, _ELEMENT, _RAIL, _RAIL)))
+
+
+def inside(tag: str, text: str, start: int, end: int) -> re.Match[str] | None:
+    """All that follows the start tag of an element, up to its end tag; None when it is not the usual."""
+    pattern = _OF_TAG.get(tag)
+    found = pattern.match(text, start, end) if pattern is not None else None
+    return found if found is not None and found[END] == tag else None
