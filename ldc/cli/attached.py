@@ -48,7 +48,7 @@ class Attached:
     def follow(self, running: Loaded) -> None:
         self.machine = running.machine
         if self.retaining is not None:
-            self.retaining.follow(running.machine, running.digest, lambda: il_image.layout(running.image).digest)
+            self.retaining.follow(running.machine, running.digest, lambda: il_image.layout_of(running.image).digest)
         if self.ring is not None:
             self.ring.follow(running.machine)
 
