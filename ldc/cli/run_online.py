@@ -57,6 +57,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
                 machine = controller.machine
                 observer.follow(machine)
                 beside.follow(controller.running)
+                server.values.follow(machine)
             left = due - time.monotonic()
             if left > 0 and not options.no_wait:
                 time.sleep(min(left, _SLICE))
@@ -71,8 +72,10 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
                 machine = controller.machine
                 observer.follow(machine)
                 beside.follow(controller.running)
+                server.values.follow(machine)
             observer.sample()
             beside.scanned()
+            server.values.scanned()
             beat()
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(machine.now_ns)} ms of the program's time")
     return report((fault.diagnostic() for fault in machine.faults), locator(result))

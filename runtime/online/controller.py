@@ -22,6 +22,7 @@ from runtime.machine import Checkpoint, Machine
 from runtime.online import checks, findings, migrate, swap
 from runtime.online.checks import Limits
 from runtime.online.migrate import Plan
+from runtime.value_findings import force_lost
 
 TEST_NS = 60_000_000_000
 """How long a test runs when nothing says it."""
@@ -141,6 +142,7 @@ class Controller:
         self.free_for(staged.owner)
         if staged.old is not self.running:
             raise findings.refused(findings.stale(staged.old.digest, self.running.digest))
+        self._holds(staged.new.machine)
         self._drop()
         self.staged = staged
         self._tell("staged", staged.owner, staged.new.digest)
@@ -151,6 +153,7 @@ class Controller:
         if self.deadline_ns is not None:
             raise findings.refused(findings.out_of_turn("test", "the test is running already",
                                                         "commit it, or end it with untest"))
+        self._holds(staged.new.machine)
         if self.used:
             staged.new.machine.restore(staged.fresh)
         staged.there()
@@ -202,7 +205,15 @@ class Controller:
             raise findings.refused(findings.out_of_turn(action, "no test is running",
                                                         "start one with `ldc online test`"))
 
+    def _holds(self, machine: Machine) -> None:
+        """Raises Invalid (LD0856) when something is forced that another program does not have."""
+        lost = self.machine.forces.lost(machine)
+        if lost:
+            raise findings.refused(*(force_lost(*row) for row in lost))
+
     def _back(self) -> None:
+        for path, *_ in self.machine.forces.lost(self.staged.old.machine):
+            self._tell("unforced", self.staged.owner, f"{path} is not in the program before")
         self.staged.back()
         self._run(self.staged.old)
         self.deadline_ns = None

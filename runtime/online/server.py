@@ -23,6 +23,7 @@ from runtime.online.audit import Audit, client_name
 from runtime.online.checks import Limits
 from runtime.online.controller import TEST_NS, Controller, Event, Staged, prepare
 from runtime.online.loading import areas_of, engine_of, load
+from runtime.online.values import Values
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Request, Stage, State, Status
 
 _CLIENTS = 32
@@ -51,6 +52,7 @@ class Server:
         self._room = threading.Semaphore(_CLIENTS)
         self._loading = threading.Lock()
         self._ended = threading.Event()
+        self.values = Values(self._log)
         self._socket = _bound(path)
         controller.note = self._note
         self._thread = threading.Thread(target=self._accept, name="online", daemon=True)
@@ -138,6 +140,10 @@ class Server:
                 return self._stage(request)
             case Act():
                 return self._act(request)
+        return self._between(lambda: self.values.answer(request, self.controller.machine))()
+
+    def _log(self, action: str, owner: str, **more: object) -> None:
+        self._audit.line(action, program=self.controller.running.digest, client=client_name(owner), **more)
 
     def _between(self, job: Callable[[], Result]) -> Result:
         """The result of a job that is done between two scans."""

@@ -63,7 +63,57 @@ class Act(_Request, tag="act"):
     force: bool = False
 
 
-Request = Status | Pull | Report | Stage | Act
+class Get(_Request, tag="get"):
+    """Values of some variables, all of one moment between two scans."""
+
+    paths: list[str]
+
+
+class Set(_Request, tag="set"):
+    """One variable gets a value, once. Values are texts, as people write them."""
+
+    path: str
+    value: str
+    owner: str
+
+
+class Force(_Request, tag="force"):
+    """One variable holds a value until it is let go."""
+
+    path: str
+    value: str
+    owner: str
+
+
+class Unforce(_Request, tag="unforce"):
+    """Lets a variable go, without ``path`` all of them."""
+
+    owner: str
+    path: str | None = None
+
+
+class Forced(_Request, tag="forced"):
+    """All forces."""
+
+
+class Arm(_Request, tag="arm"):
+    """Begins a trace around an event; the answer comes at once."""
+
+    paths: list[str]
+    trigger: str
+    before: int
+    after: int
+    owner: str
+
+
+class Collect(_Request, tag="collect"):
+    """Rows of the trace that this client began, from the row ``first`` on, when all are there."""
+
+    owner: str
+    first: int = 0
+
+
+Request = Status | Pull | Report | Stage | Act | Get | Set | Force | Unforce | Forced | Arm | Collect
 
 
 class Finding(msgspec.Struct, forbid_unknown_fields=True):
@@ -103,6 +153,25 @@ class Changes(msgspec.Struct, forbid_unknown_fields=True):
     dropped: list[str]
 
 
+class Value(msgspec.Struct, forbid_unknown_fields=True):
+    """``value`` as traces print it."""
+
+    path: str
+    type: str
+    value: str
+
+
+class Trace(msgspec.Struct, forbid_unknown_fields=True):
+    """``state``: waiting (for the event), filling, done, lost (its variable is not in the program any more);
+    ``text``: rows up to ``next`` of ``rows``, in the form of a trace; ``event``: the scan of the event."""
+
+    state: str
+    text: str = ""
+    next: int = 0
+    rows: int = 0
+    event: int = -1
+
+
 class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """``findings``: why a request was refused; what was asked for otherwise."""
 
@@ -112,6 +181,10 @@ class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     changes: Changes | None = None
     image: bytes | None = None
     sources: list[tuple[str, str]] | None = None
+    values: list[Value] | None = None
+    scan: int = 0
+    now_ns: int = 0
+    trace: Trace | None = None
 
 
 def finding(diagnostic: Diagnostic) -> Finding:
