@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError("--board is for firmware: name its processor with --target, such as cortex-m3")
     folder = Path(options.folder)
     layout, areas = before(folder, IMAGE, ABOUT)
-    result = compiled(read(options.sources), previous=layout)
+    result = compiled(read(options.sources), previous=layout, called_on="a host of its own")
     resource = resource_to_run(result)
     made = artifact(result, resource, folder, areas, options.sanitize)
     write_sources({HEADER: made.plan.header} | {file.name: file.text for file in made.plan.files}, folder / "c")

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     folder = Path(options.folder)
     layout, areas = before(folder, IMAGE, ABOUT)
     sources = read(options.sources)
-    result = compiled(sources, previous=layout)
+    result = compiled(sources, previous=layout, called_on=options.target)
     machine = firmware.machine(result, resource_to_run(result), None, sources.manifest, areas)
     plan = firmware.planned(machine, result, board, room)
     name = file_name(sources)

@@ -11,32 +11,42 @@ from functools import cache
 
 from ldc import pipeline
 from ldc.cli.console import is_terminal, report
+from ldc.components import pace
 from ldc.diagnostics import Diagnostics, Invalid, Locate, Severity
 from ldc.il.external import Binding
 from ldc.il.layout import Layout
 from ldc.manifest import Sources
+from ldc.pipeline.memory import Memory, memory_of
 
 _QUIET = 0.5
 """Seconds after which a person wants to know how far it is."""
+_WORTH = 20_000
+"""Characters of a project from which on its rungs are remembered."""
 
 
 def compiled(
     sources: Sources, *, verify: bool = True, keep: bool = False, max_paren_depth: int | None = None,
-    previous: Layout | None = None,
+    previous: Layout | None = None, called_on: str | None = None,
 ) -> pipeline.Compiled:
-    """The compiled project; warnings are shown, notes are for `ldc check`.
+    """The compiled project; warnings are shown, notes are for `ldc check`. `called_on`: a target that calls
+    all components; which ones would have a pace of their own is told.
 
     The settings are those of `pipeline.Options`. Raises Invalid when the sources are wrong.
     """
     with progress() as tell:
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, previous=previous,
-                                   progress=tell)
+                                   progress=tell, algorithms=called_on is None)
         result = pipeline.compile_project(sources, options)
     coordinated(result)
     gc.freeze()  # it lives as long as the command: the collector need not walk it again and again
     if result.diagnostics.has_errors:
         raise Invalid(result.diagnostics, locator(result))
-    report((d for d in result.diagnostics if d.severity is not Severity.NOTE), locator(result))
+    shown = Diagnostics()
+    shown.extend(d for d in result.diagnostics if d.severity is not Severity.NOTE)
+    if called_on is not None and sources.manifest is not None:
+        slaves = pace.slaves(sources.manifest.processors)
+        pace.called(result.components.values(), slaves, called_on, shown)
+    report(shown, locator(result))
     return result
 
 
@@ -47,6 +57,13 @@ def coordinated(result: pipeline.Compiled) -> None:
         from ldc.cli.coordinate import coordination  # most projects say nothing of it
 
         coordination(result, result.diagnostics)
+
+
+def memory_for(sources: Sources) -> Memory | None:
+    """What is remembered of a project that is large enough for it to pay."""
+    if sum(len(file.text) for file in sources.files) < _WORTH:
+        return None
+    return memory_of(str(sources.manifest.folder) if sources.manifest else sources.files[0].path)
 
 
 def locator(result: pipeline.Compiled) -> Locate:

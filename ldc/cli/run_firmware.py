@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError("--target runs firmware: --engine and --sanitize are for runs on this computer")
     board, room = firmware.chosen(options.target, options.board)
     sources = read(options.sources)
-    result = compiled(sources)
+    result = compiled(sources, called_on=options.target)
     machine = firmware.machine(result, resource_to_run(result), options.period, sources.manifest)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)

@@ -42,6 +42,13 @@ def elsewhere(components: Iterable[Component], slaves: Set[int], diagnostics: Di
             findings.no_such_slave(diagnostics, at, component.name, component.processor, names)
 
 
+def called(components: Iterable[Component], slaves: Set[int], target: str, diagnostics: Diagnostics) -> None:
+    """Tells which components are called on a target though a slave would execute them by itself."""
+    for component in components:
+        if slave_of(component, slaves) is not None:
+            findings.called_here(diagnostics, component.span("function", "period_us"), component.name, target)
+
+
 def room(program: Program, components: Mapping[str, Component], diagnostics: Diagnostics) -> None:
     """Tells when a slave has no slot for an algorithm; ``components`` by name in capitals."""
     try:
