@@ -122,6 +122,15 @@ class Modules:
                     if begins:
                         yield life
 
+    def executes(self, proxy: Proxy) -> Life | None:
+        """An algorithm begins: its module, when that has no `start` and is in work from now on."""
+        for life in self.lives:
+            if life.start is None and proxy in life.proxies and not self._memory.bits.test(life.word, life.mask):
+                self._memory.bits.set(life.word, life.mask)
+                self._seen[life.word] |= life.mask
+                return life
+        return None
+
     # ---- end -------------------------------------------------------------------------------------
 
     def ended(self) -> Iterator[Life]:
@@ -129,13 +138,8 @@ class Modules:
         bits, done = self._memory.bits, self._done()
         for life in self.lives:
             working, executes = bits.test(life.word, life.mask), life.executes
-            if life.start is None:
-                if executes and not working:
-                    bits.set(life.word, life.mask)
-                elif working and not executes:
-                    yield self.clear(life)
-            elif working and not executes:
-                at = self._done_at.get(life.module.index)
+            if working and not executes:
+                at = None if life.start is None else self._done_at.get(life.module.index)
                 if at is None or done[at]:
                     yield self.clear(life)
 

@@ -25,26 +25,26 @@ from runtime.protocol.check import Code
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Memory, bit
 from runtime.symbols import Symbol
-
-Note = Callable[[str, int, str], None]
-"""Is told a unit, an index and a detail, as ``units.UnitEvent`` has them."""
+from runtime.units import UnitEvent
 
 T_ACK_NS = 5_000_000
 """The least time after which a slave counts as silent."""
 
 
 class MasterPart:
-    """``runner``: what executes scans, a machine or the controller of online changes. ``emergency``: is called
-    when an emergency begins, for those who reach the slaves without P. ``wiring``: inputs and outputs that a
+    """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the units
+    as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when an
+    emergency begins, for those who reach the slaves without P. ``wiring``: inputs and outputs that a
     plant is wired to. ``state``: as SPEC 5 has it."""
 
     def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
-                 coordination: Coordination, note: Note | None = None,
+                 coordination: Coordination, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
                  on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
         self.state = Master.STOP
         self.estop = False
-        self._note, self._on_emergency, self._wiring = note, on_emergency, wiring
+        self._note, self._now = note, now
+        self._on_emergency, self._wiring = on_emergency, wiring
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
         periods = -(-T_ACK_NS // self.machine.period_ns) + 1
@@ -148,6 +148,9 @@ class MasterPart:
             self._wiring.after()
 
     def _sent(self, proxy: Proxy, command: Command) -> None:
+        life = self.modules.executes(proxy) if command is Command.START else None
+        if life is not None:
+            self._tell(units.C_START, life.module.index)
         self._tell(units.C_SEND, proxy.placed.aid, command.name)
         self._request(proxy)
 
@@ -158,7 +161,7 @@ class MasterPart:
 
     def _tell(self, unit: str, index: int = 0, detail: str = "") -> None:
         if self._note is not None:
-            self._note(unit, index, detail)
+            self._note(UnitEvent(self._now(), "master", unit, index, detail))
 
     @property
     def busy(self) -> bool:

@@ -1,0 +1,182 @@
+"""Master, slaves and plant in virtual time: a whole controller on one computer (SPEC 6.1, docs/multiprocessor.md).
+
+One scan of the master takes its period of virtual time, in which the slaves execute at theirs. What happens in
+an instant: the plant steps; the master; the slaves by number; who has written flags of P wakes the one who reads
+them. What has nothing to do is not activated: a slave whose algorithms rest costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableSequence, Sequence
+from typing import Protocol
+
+from ldc.il.areas import areas
+from ldc.il.coordination import Coordination
+from ldc.il.placement import Placed
+from runtime.field import Field
+from runtime.machine import Machine
+from runtime.master.part import MasterPart
+from runtime.master.wiring import Wiring
+from runtime.online.controller import Controller
+from runtime.protocol.memory import allocate, shared_size, shared_words
+from runtime.scheduler.scheduler import Scheduler
+from runtime.scheduler.thread import Entry, Thread
+from runtime.slave.algorithm import Maker
+from runtime.slave.part import SlavePart
+from runtime.units import UnitEvent
+
+class Plant(Protocol):
+    """What is simulated around the controller. It knows nothing but the field and the time, in ns."""
+
+    def step(self, now_ns: int, dt_ns: int) -> None: ...
+
+
+class _Slave:
+    """``index``: among the processors; ``due``: when its algorithms execute next, None while all rest."""
+
+    __slots__ = ("part", "index", "due")
+
+    def __init__(self, part: SlavePart, index: int) -> None:
+        self.part, self.index = part, index
+        self.due: int | None = None
+
+
+class System:
+    """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made. ``events``:
+    what units did; ``log``: of the scheduler; both only when given. The time is that of the master's machine."""
+
+    def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
+                 coordination: Coordination, field: Field, *, plant: Plant | None = None,
+                 plant_ns: int = 1_000_000, wiring: Wiring | None = None,
+                 events: MutableSequence[UnitEvent] | None = None,
+                 log: MutableSequence[Entry] | None = None) -> None:
+        self.shared = bytearray(shared_size())
+        self.events = events
+        self._flags = _Flags(self.shared)
+        self._plant, self._plant_ns, self._plant_due = plant, plant_ns, 0
+        self._scheduler: Scheduler | None = None
+        note = None if events is None else events.append
+        self.master = MasterPart(runner, allocate("master", self.shared), placed, coordination, note, self.now,
+                                 on_emergency=self._emergency, wiring=wiring)
+        self._began = self.machine.now_ns
+        self._slaves: list[_Slave] = []
+        for index, number in enumerate(sorted({p.slave for p in placed}), 1):
+            part = SlavePart(number, allocate(f"slave{number}", self.shared), placed, makers, field, note, self.now,
+                             scan_ns=self.machine.period_ns)
+            self._slaves.append(_Slave(part, index))
+        self._scheduler = Scheduler([self._master_threads(), *map(self._slave_threads, self._slaves)], log)
+
+    @property
+    def slaves(self) -> tuple[SlavePart, ...]:
+        """In ascending order of their numbers."""
+        return tuple(slave.part for slave in self._slaves)
+
+    @property
+    def machine(self) -> Machine:
+        """The master's."""
+        return self.master.machine
+
+    def now(self) -> int:
+        """The time in ns."""
+        return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
+
+    # ---- threads ---------------------------------------------------------------------------------
+
+    def _master_threads(self) -> list[Thread]:
+        part = self.master
+
+        def control(now: int) -> None:
+            part.scan()
+            if part.busy:
+                self._scheduler.raise_event(0, "communication")
+
+        def communication(now: int) -> None:
+            part.communicate()
+            for slave in self._slaves:
+                if self._flags.by_master(slave.part.number):
+                    self._scheduler.raise_event(slave.index, "communication")
+
+        return [Thread("communication", "communication", None, communication),
+                Thread("control", "control", self.machine.period_ns, control),
+                Thread("customised", "customised", None, lambda now: part.customised())]
+
+    def _slave_threads(self, slave: _Slave) -> list[Thread]:
+        part = slave.part
+
+        def communication(now: int) -> None:
+            part.communicate()
+            if self._flags.by_slave(part.number):
+                self._scheduler.raise_event(0, "communication")
+            if part.busy and slave.due is None:
+                slave.due = -(-now // part.period_ns) * part.period_ns
+                if slave.due == now:
+                    slave.due += part.period_ns
+                    self._scheduler.raise_event(slave.index, "algorithm")
+
+        def algorithm(now: int) -> None:
+            part.execute()
+            if part.waiting:
+                self._scheduler.raise_event(slave.index, "communication")
+
+        return [Thread("emergency", "emergency", None, lambda now: part.emergency()),
+                Thread("communication", "communication", None, communication),
+                Thread("algorithm", "algorithm", None, algorithm)]
+
+    def _emergency(self) -> None:
+        for slave in self._slaves:
+            self._scheduler.raise_event(slave.index, "emergency")
+
+    # ---- time ------------------------------------------------------------------------------------
+
+    def scan(self) -> None:
+        """One scan of the master, and what else happens until the next one."""
+        scheduler, slaves = self._scheduler, self._slaves
+        end = scheduler.now_ns + self.machine.period_ns
+        while True:
+            due = [slave.due for slave in slaves if slave.due is not None]
+            if self._plant is not None:
+                due.append(self._plant_due)
+            now = min(scheduler.next_ns, end, *due)
+            if now >= end:
+                break
+            scheduler.run(now)
+            self._instant(now)
+        scheduler.run(end)
+
+    def _instant(self, now: int) -> None:
+        """Everything that happens at one moment."""
+        scheduler = self._scheduler
+        if self._plant is not None and self._plant_due <= now:
+            self._plant.step(self._began + now, self._plant_ns)
+            self._plant_due += self._plant_ns
+        for slave in self._slaves:
+            if slave.due is not None and slave.due <= now:
+                slave.due = now + slave.part.period_ns if slave.part.busy else None
+                if slave.due is not None:
+                    scheduler.release(slave.index, "algorithm")
+        scheduler.run(now + 1)
+
+
+class _Flags:
+    """The words of flags, as they were when somebody looked last: whether the other side has to look."""
+
+    def __init__(self, shared: bytearray) -> None:
+        words = shared_words(shared)
+        master, slave = areas()["MPF"], areas()["SPF"]
+        view = memoryview(shared)
+        self._master = {n: view[master.first(n) - words.first :][: master.size] for n in range(1, 5)}
+        self._slave = {n: view[slave.first(n) - words.first :][: slave.size] for n in range(1, 5)}
+        self._seen = {(side, n): bytes(master.size) for side in "ms" for n in range(1, 5)}
+
+    def by_master(self, number: int) -> bool:
+        """Whether the master has changed its flags for a slave since the call before."""
+        return self._changed("m", number, self._master[number])
+
+    def by_slave(self, number: int) -> bool:
+        """Whether a slave has changed its flags since the call before."""
+        return self._changed("s", number, self._slave[number])
+
+    def _changed(self, side: str, number: int, view: memoryview) -> bool:
+        now = view.tobytes()
+        before, self._seen[side, number] = self._seen[side, number], now
+        return now != before
