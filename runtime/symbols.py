@@ -16,6 +16,7 @@ from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar
 from runtime.layout import Cell, Home, Layout, Root, slot
 
 _TOKEN = re.compile(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
+_LONGEST = 1000
 Key = str | int
 
 
@@ -62,14 +63,9 @@ class Symbols:
             if root is None:
                 raise UnknownSymbol(f"the program has nothing at {path}")
             return self._walk(path, root, [])
-        tokens, end = [], 0
-        for match in _TOKEN.finditer(path):
-            if match.start() != end:
-                break
-            tokens.append(match[1] or (int(match[2]) if match[2] else [int(i) for i in match[3].split(",")]))
-            end = match.end()
-        if end != len(path) or not tokens or not isinstance(tokens[0], str):
-            raise UnknownSymbol(f"`{path}` is no name of a variable")
+        tokens = _tokens(path)
+        if not tokens or not isinstance(tokens[0], str):
+            raise UnknownSymbol(f"`{path[:_LONGEST]}` is no name of a variable")
         failed = None
         for root, rest in self._starts(tokens):
             try:
@@ -176,6 +172,20 @@ class Symbols:
                 if has_state(v) and (hidden or v.kind != "hidden"):
                     inside = (*keys, slot(v.name))
                     yield from self._leaves(f"{path}.{v.name}", v.type, home, inside, area, hidden)
+
+
+def _tokens(path: str) -> list:
+    """Names, numbers of bits and lists of indexes; nothing when the path is none."""
+    tokens, end = [], 0
+    for match in _TOKEN.finditer(path if len(path) <= _LONGEST else ""):
+        if match.start() != end:
+            return []
+        try:
+            tokens.append(match[1] or (int(match[2]) if match[2] else [int(i) for i in match[3].split(",")]))
+        except ValueError:  # as in `a[1,]` or `a[-]`
+            return []
+        end = match.end()
+    return tokens if end == len(path) else []
 
 
 def _hint(name: str, known: Iterable[str]) -> str:
