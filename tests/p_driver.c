@@ -3,12 +3,13 @@
 #include <string.h>
 #include "p_handshake.h"
 
-enum { SIZE = 148 };
+enum { SIZE = 148, COPIED = 5 };
 static volatile uint32_t master[8], slave[8];
-static volatile uint8_t slot[SIZE];
-static uint8_t taken[SIZE];
-static const p_channel channel = { master, master + 1, slave + 2, slave + 3, slave + 4, slave + 5, slot, SIZE,
-                                   3 };
+static volatile uint32_t words[SIZE / 4];
+static volatile uint8_t *const slot = (volatile uint8_t *)words;
+static uint8_t taken[SIZE], frame[SIZE];
+static const p_channel channel = { master, master + 1, slave + 3, slave + 2, slave + 4, slave + 5, slave + 6,
+                                   words, SIZE, 8 };
 static uint64_t dice;
 
 static uint32_t drawn(uint64_t *from, uint32_t below) {
@@ -40,7 +41,7 @@ static void cleared(void) {
    their way. */
 uint32_t random_order(uint32_t count, uint64_t seed, uint32_t damage) {
     p_sender sender = { .channel = &channel };
-    p_receiver receiver = { .channel = &channel, .algorithms = 1, .data = taken };
+    p_receiver receiver = { .channel = &channel, .count = 1, .frame = frame, .data = taken };
     uint32_t sent = 0, received = 0, wrong = 0;
     uint8_t data[SIZE];
     cleared();
@@ -50,7 +51,7 @@ uint32_t random_order(uint32_t count, uint64_t seed, uint32_t damage) {
         if (drawn(&dice, 2)) {
             uint32_t before = sender.step;
             int32_t result = p_send(&sender, 0, P_UPDATE, data, len, 1);
-            if (before == 3 && drawn(&dice, 1000) < damage) slot[(drawn(&dice, 20) + 16) % 28] ^= 1;
+            if (before == COPIED - 1 && drawn(&dice, 1000) < damage) slot[(drawn(&dice, 20) + 16) % 28] ^= 1;
             if (result == P_BUSY) continue;
             if (result != P_DONE) return wrong + count - sent; /* given up */
             len = message(++sent, data);
@@ -59,14 +60,14 @@ uint32_t random_order(uint32_t count, uint64_t seed, uint32_t damage) {
         }
     }
     for (int i = 0; i < 8; i++) received += p_receive(&receiver) == P_DONE;
-    for (int i = 0; i < 8; i++) wrong += i != 5 && (master[i] | slave[i]);
+    for (int i = 0; i < 5; i++) wrong += (master[i] | slave[i]) != 0;
     return wrong + (received != count);
 }
 
 static uint32_t wanted, wrong_in_thread;
 
 static void *receiving(void *unused) {
-    p_receiver receiver = { .channel = &channel, .algorithms = 1, .data = taken };
+    p_receiver receiver = { .channel = &channel, .count = 1, .frame = frame, .data = taken };
     for (uint32_t n = 0; n < wanted;)
         if (p_receive(&receiver) == P_DONE) wrong_in_thread += !same(&receiver, n++);
     return unused;
@@ -88,17 +89,19 @@ uint32_t two_threads(uint32_t count) {
     return wrong_in_thread;
 }
 
-/* The code of one refused message; `kind`: 1 length, 2 checksum, 3 number, 4 algorithm, 10 no answer. */
+/* The code of one refused message; `kind`: 1 length, 2 checksum, 3 number, 4 algorithm, 8 command, 10 no answer,
+   11 a flag that stays. */
 int32_t refused(uint32_t kind) {
     p_sender sender = { .channel = &channel, .patience = 50 };
-    p_receiver receiver = { .channel = &channel, .algorithms = 1, .data = taken };
+    p_receiver receiver = { .channel = &channel, .count = 1, .frame = frame, .data = taken };
     uint8_t data[SIZE];
     cleared();
     if (kind == P_SEQ) sender.seq = 7;
+    if (kind == P_STUCK) slave[2] = channel.mask;
     for (int32_t result = P_BUSY; ;) {
-        result = p_send(&sender, kind == P_AID, P_UPDATE, data, kind == P_LEN ? 6 : 8, 1);
-        if (kind == P_CRC && sender.step == 4) slot[22] ^= 1;
+        result = p_send(&sender, kind == P_AID, kind == P_STATE ? 5 : P_UPDATE, data, kind == P_LEN ? 6 : 8, 1);
+        if (kind == P_CRC && sender.step == COPIED) slot[22] ^= 1;
         if (result != P_BUSY) return result;
-        if (kind != P_SILENT) p_receive(&receiver);
+        if (kind < P_SILENT) p_receive(&receiver);
     }
 }

@@ -167,7 +167,8 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
     faulted = {s: sending.Sender(*s.sender).phase is sending.Phase.FAULT for s in finished}
     return Result(
         states=len(graph),
-        stuck=sum(not fault and (not sending.Sender(*s.sender).ready or s.item < transfers) for s, fault in faulted.items()),
+        stuck=sum(not fault and (not sending.Sender(*s.sender).ready or s.item < transfers)
+                  for s, fault in faulted.items()),
         wrong=frozenset(s.wrong for s in graph.states if s.wrong),
         ends=frozenset((s.taken, fault) for s, fault in faulted.items()),
         raised=sum(any(s.words[:6]) for s in finished),

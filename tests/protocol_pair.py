@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import random
 import struct
 import sys
 import time
+from collections.abc import Sequence
 from multiprocessing.shared_memory import SharedMemory
 
 from runtime.protocol.check import Algorithm, Parameter, Situation
-from runtime.protocol.endpoint import Endpoint
+from runtime.protocol.endpoint import Endpoint, Event
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Watched, Words, shared_words
 from runtime.protocol.profile import Link, Profile, channel
@@ -50,7 +52,14 @@ class Side:
         self.end.send(AID, Command.UPDATE, payload(self.done, self.salt))
 
     def poll(self) -> None:
-        for event in self.end.poll():
+        self._take(self.end.poll())
+
+    def step_or_poll(self, dice: random.Random) -> None:
+        """One step, or as many as go."""
+        self._take(self.end.step() if dice.random() < 0.7 else self.end.poll())
+
+    def _take(self, events: Sequence[Event]) -> None:
+        for event in events:
             match event:
                 case Delivered(envelope) if envelope.adata == payload(self.good, 1 - self.salt):
                     self.good += 1

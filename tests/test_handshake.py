@@ -46,6 +46,6 @@ def test_two_processors_at_once(driver) -> None:
     assert driver.two_threads(10_000) == 0
 
 
-@pytest.mark.parametrize("code", (1, 2, 3, 4, 10))
+@pytest.mark.parametrize("code", (1, 2, 3, 4, 8, 10, 11))
 def test_what_is_wrong_with_a_message_is_told(driver, code: int) -> None:
     assert driver.refused(code) == code

@@ -330,7 +330,7 @@ def test_any_schedule_of_master_and_slaves(profile: Profile, n: int, slots: set[
     while not all(side.finished() for side in sides):
         side = chance.choice(sides)
         for _ in range(chance.choice((1, 1, 1, 7))):
-            side.poll()
+            side.step_or_poll(chance)
     assert [(s.done, s.good, s.bad) for s in sides] == [(3, 3, 0)] * len(sides)
     assert not any(shared[at] for base in (0x8000, 0x9000) for at in range(base, base + 0x80))
     assert i7(seen, 1) == []

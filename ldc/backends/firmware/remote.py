@@ -59,7 +59,7 @@ def windows(board: Board, remotes: Sequence[tuple[int, Native]]) -> dict[str, in
     known = areas()
     first = known["SMD"].first()
     base = board.second.shared.base - first
-    found = {name: base + known[name].first() for name in ("SMD", "MSD", "MPF", "SPF")}
+    found = {name: base + known[name].first() for name in ("SMD", "MSD", "MPF", "SPF", "MPA", "SPA")}
     return {f"LDC_{name}": at for name, at in found.items()} | {
         "LDC_SLOT": slot(remotes),
         "LDC_SECOND_TABLE": board.second.table, "LDC_SECOND_WAIT": board.second.wait,
