@@ -35,7 +35,8 @@ def compiled(
     """
     with progress() as tell:
         options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, previous=previous,
-                                   progress=tell, algorithms=called_on is None)
+                                   progress=tell, algorithms=called_on is None,
+                                   memory=None if keep else memory_for(sources))
         result = pipeline.compile_project(sources, options)
     coordinated(result)
     gc.freeze()  # it lives as long as the command: the collector need not walk it again and again

@@ -8,6 +8,7 @@ from dataclasses import replace
 from ldc.diagnostics import Diagnostics, Label
 from ldc.parser import ast
 from ldc.parser.unparse import rung_text
+from ldc.parser.unread import UnreadPaths
 
 
 def rung_keys(rungs: tuple[ast.Rung, ...], diagnostics: Diagnostics | None = None) -> tuple[str, ...]:
@@ -30,13 +31,20 @@ def rung_keys(rungs: tuple[ast.Rung, ...], diagnostics: Diagnostics | None = Non
     return tuple(keys)
 
 
-def _unnamed(rung: ast.Rung, names: dict[str, ast.Rung], counts: dict[str, int]) -> str:
+def stem(rung: ast.Rung) -> str:
+    """What the key of a rung without a name begins with."""
+    if isinstance(rung.paths, UnreadPaths):
+        return rung.paths.head.stem
     text = rung_text(replace(rung, name=None, title=None, name_span=None))
     # Identifiers and keywords are one word in any case: respelling them makes no other rung.
-    stem = "r" + hashlib.sha256(text.upper().encode()).hexdigest()[:8]
+    return "r" + hashlib.sha256(text.upper().encode()).hexdigest()[:8]
+
+
+def _unnamed(rung: ast.Rung, names: dict[str, ast.Rung], counts: dict[str, int]) -> str:
+    start = stem(rung)
     while True:
-        counts[stem] = counts.get(stem, 0) + 1
-        key = f"{stem}_{counts[stem]}"
+        counts[start] = counts.get(start, 0) + 1
+        key = f"{start}_{counts[start]}"
         if key.upper() not in names:
             return key
 

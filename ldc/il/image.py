@@ -45,7 +45,7 @@ class Image:
 def build(program: Program, previous: Layout | None = None) -> Image:
     """The image of a program; the same program gives the same bytes."""
     layout = lay_out(program, previous)
-    writer = _Writer()
+    writer = Writer()
     core = msgspec.msgpack.encode(writer.core(program, layout))
     notes = msgspec.msgpack.encode(writer.notes(program))
     data = MAGIC + msgspec.msgpack.encode([FORMAT, core, notes])
@@ -55,14 +55,14 @@ def build(program: Program, previous: Layout | None = None) -> Image:
 def load(data: bytes) -> Image:
     """Reads what ``build`` wrote. Raises BadImage when the bytes are something else."""
     with _parts(data) as (core, notes):
-        reader = _Reader(msgspec.msgpack.decode(core), msgspec.msgpack.decode(notes))
+        reader = Reader(msgspec.msgpack.decode(core), msgspec.msgpack.decode(notes))
         return Image(reader.program(), reader.layout(), hashlib.sha256(core).hexdigest(), data)
 
 
 def layout_of(data: bytes) -> Layout:
     """Where the symbols of an image lie, without reading its code. Raises BadImage."""
     with _parts(data) as (core, _):
-        return _Reader(msgspec.msgpack.decode(core), [[], [], ""]).layout()
+        return Reader(msgspec.msgpack.decode(core), [[], [], ""]).layout()
 
 
 @contextmanager
@@ -85,10 +85,12 @@ def _parts(data: bytes) -> Iterator[tuple[bytes, bytes]]:
             gc.enable()
 
 
-class _Writer:
-    def __init__(self) -> None:
-        self.types: list[list] = []
-        self.numbers: dict[Type, int] = {}
+class Writer:
+    """Makes rows of what a program consists of. ``types``: rows that are there already, ``numbers`` of theirs."""
+
+    def __init__(self, types: list[list] | None = None, numbers: dict[Type, int] | None = None) -> None:
+        self.types: list[list] = [] if types is None else types
+        self.numbers: dict[Type, int] = {} if numbers is None else numbers
 
     def core(self, program: Program, layout: Layout) -> list:
         units = [self.unit(u) for u in program.units]
@@ -184,7 +186,9 @@ class _Writer:
         return [units, [[f.path, f.text] for f in files], program.name, *([algorithms] if algorithms else [])]
 
 
-class _Reader:
+class Reader:
+    """Makes what rows say. ``core[0]``: the types; ``notes[1]``: path and text of files."""
+
     def __init__(self, core: list, notes: list) -> None:
         self.core, self.notes = core, notes
         self.files = [SourceFile(path, text) for path, text in notes[1]]

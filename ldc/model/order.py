@@ -10,6 +10,7 @@ from ldc.model import declaration_findings as findings
 from ldc.model.project import Pou
 from ldc.model.walk import callees, calls_in
 from ldc.parser import ast, sfc
+from ldc.parser.unread import UnreadPaths
 from ldc.source import Span
 from ldc.types import Array, Instance
 
@@ -86,6 +87,8 @@ def _called(key: str, body: sfc.Body, functions: set[str]) -> Iterator[tuple[str
     """The FUNCTIONs that a body calls."""
     if isinstance(body, ast.LadderBody):
         for rung in body.rungs:
+            if isinstance(rung.paths, UnreadPaths) and functions.isdisjoint(rung.paths.head.calls):
+                continue
             for name, node in callees(rung):
                 if name.upper() in functions:
                     yield name.upper(), node.span

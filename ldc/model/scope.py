@@ -53,7 +53,7 @@ class Scope:
         self._chart = isinstance(whole, sfc.SfcBody)
         self.flags = frozenset(chart_names.flags(whole)) if self._chart else frozenset()
         self.taken: list[Place] = []
-        self._labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
+        self.labels = {rung.name.upper(): rung.name for rung in rungs if rung.name}
 
     def expression(self, node: ast.Expr, wanted: Type | None, diagnostics: Diagnostics) -> Expr | None:
         """The expression in the type that is asked for (None: its own), widening made explicit."""
@@ -75,7 +75,7 @@ class Scope:
             return ladder.coil(self, item, diagnostics)
         if kind is ast.Block:
             return ladder_blocks.block(self, item, net_of, diagnostics)
-        return ladder.jump(self._labels, item, diagnostics, self.silent_labels)
+        return ladder.jump(self.labels, item, diagnostics, self.silent_labels)
 
     def actions(self, diagnostics: Diagnostics) -> tuple[actions.Action, ...]:
         """The typed statements of a POU with a body in Structured Text."""

@@ -14,6 +14,7 @@ from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
+from ldc.parser.unread import Heads
 from ldc.source import SourceFile, Span
 
 POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
@@ -24,13 +25,14 @@ _SECTIONS = frozenset(SECTIONS)
 _LANGUAGES = {".st": "ST", ".il": "IL"}
 
 
-def parse_file(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
-    """What a source says; what cannot be read is left out and told (codes LD01xx).
+def parse_file(source: SourceFile, diagnostics: Diagnostics, heads: Heads | None = None) -> ast.File:
+    """What a source says; what cannot be read is left out and told (codes LD01xx). ``heads``: of rungs that were
+    read before, which are not read again.
 
     The ending of the path decides about bodies: ``.st`` and ``.il`` hold text, any other ladders.
     """
     tokens = lex(source)
-    reader = Reader(tokens, diagnostics)
+    reader = Reader(tokens, diagnostics, heads)
     try:
         reader.read()
     except TooMany:
@@ -60,8 +62,9 @@ def parse_sections(tokens: Tokens, diagnostics: Diagnostics) -> tuple[ast.VarBlo
 class Reader:
     """Goes through the tokens once; ``at`` is the next one."""
 
-    def __init__(self, tokens: Tokens, diagnostics: Diagnostics) -> None:
+    def __init__(self, tokens: Tokens, diagnostics: Diagnostics, heads: Heads | None = None) -> None:
         self.tokens, self.types = tokens, tokens.types
+        self.heads = heads
         self.units = Units(tokens, diagnostics)
         self.findings = self.units.findings
         path = tokens.source.path.lower()
@@ -272,6 +275,11 @@ class Reader:
         if self._kind() != end and self.types[stop - 1] == "NAME" and self.types[stop - 2] != ">>":
             if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
                 self.at = stop = stop - 1  # a misspelt END; _pou_end reports it
+        if self.heads is not None:
+            span = self.tokens.span(first, stop - 1)
+            head = self.heads(span.text)
+            if head is not None:
+                return head.rung(span)
         rung = self.units.parse("rung", first, stop, "rung")
         if rung is None and self.types[first + 1 : first + 2] == ["NAME"]:
             self.lost_rungs.add(self.tokens.text(first + 1).upper())

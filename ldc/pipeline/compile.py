@@ -26,13 +26,14 @@ from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
 from ldc.model.chart_control import Control
 from ldc.model.project import Pou
-from ldc.parser import ast, parse_file
+from ldc.parser import ast, format_of, parse_file
 from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.sfc import bodies as sfc_bodies
 from ldc.parser.sfc import rungs_of
 from ldc.parser.statements import StatementBody
 from ldc.pipeline.results import BodyCode, Compiled, Options, RungBuild, Timings
 from ldc.pipeline.rungs import Rungs
+from ldc.source import SourceFile
 
 # Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C
 # stack since 3.11, so that only the limit is in the way.
@@ -74,6 +75,8 @@ class _Compile:
         self.diagnostics = diagnostics
         self.timings = Timings()
         self.natives: list[components.Native] = []
+        self.memory = None if options.keep else options.memory
+        self.remembered: set[SourceFile] = set()
         self.algorithms: list[il.Unit] = []
         processors = sources.manifest.processors if sources.manifest and options.algorithms else {}
         self.slaves = pace.slaves(processors)
@@ -82,14 +85,14 @@ class _Compile:
         with self.timings.of("parse"):
             known = find.components(self.sources.descriptors, self.diagnostics)
             bodies = components.own_sources(known)
-            files = tuple(parse_file(f, self.diagnostics) for f in self.sources.files if f.path not in bodies)
+            files = tuple(self.parsed(f) for f in self.sources.files if f.path not in bodies)
             wanted = known.components if self.options.every_component else ()
             self.components, more = components.used(files, known, self.diagnostics, wanted, self.slaves)
             pace.elsewhere(self.components.values(), self.slaves, self.diagnostics)
             project = ast.Project((*files, *more))
         with self.timings.of("resolve"):
             self.model = resolve(project, self.diagnostics, self.sources.settings)
-        self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings)
+        self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings, self.remembered)
         builds: dict[str, tuple[RungBuild, ...]] = {}
         units: list[il.Unit] = []
         for name in self.model.order:
@@ -98,6 +101,7 @@ class _Compile:
             if built is not None:
                 unit, builds[pou.name] = self.wrapped(pou, *built)
                 units.append(self.proxied(pou, unit))
+        self.remember()
         result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings,
                           natives=tuple(self.natives), components=self.components)
         if self.diagnostics.has_errors:
@@ -109,6 +113,21 @@ class _Compile:
                 return result
             image = il_image.build(program, self.options.previous)
         return replace(result, program=program, image=image)
+
+    def parsed(self, source: SourceFile) -> ast.File:
+        """A source; its rungs are remembered when nothing was told about it."""
+        if self.memory is None or format_of(source) is not None:
+            return parse_file(source, self.diagnostics)
+        found = len(self.diagnostics)
+        file = parse_file(source, self.diagnostics, self.memory.head)
+        if len(self.diagnostics) == found:
+            self.remembered.add(source)
+        return file
+
+    def remember(self) -> None:
+        if self.memory is not None:
+            with self.timings.of("recall"):
+                self.memory.save()
 
     # -- one POU
 

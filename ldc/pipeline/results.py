@@ -20,6 +20,7 @@ from ldc.il.verify import Verdict
 from ldc.manifest import Sources
 from ldc.model.project import Model
 from ldc.parser import ast
+from ldc.pipeline.memory import Memory
 from ldc.symbols import Variable
 
 
@@ -28,7 +29,8 @@ class Options:
     """How to compile. ``every_component``: also those that no program uses. ``keep``: hold graph and tree of
     every rung (for the dumps; they are most of the memory). ``progress(done, total)`` is called after every
     rung. ``previous``: layout to keep. ``algorithms``: components with a pace become proxies, which slaves
-    execute by themselves; else they are called."""
+    execute by themselves; else they are called. ``memory``: of rungs that were compiled before; not used with
+    ``keep``."""
 
     max_paren_depth: int | None = None
     verify: bool = True
@@ -37,6 +39,7 @@ class Options:
     algorithms: bool = True
     previous: Layout | None = None
     progress: Callable[[int, int], None] | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Set
+from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.graph import rules
@@ -20,25 +20,19 @@ from ldc.model.elements import Coil
 from ldc.model.project import Model, Pou
 from ldc.parser import ast
 from ldc.parser.sfc import rungs_of
+from ldc.pipeline.recall import Recall, RungResult, jump_targets
 from ldc.pipeline.results import BodyCode, Options, RungBuild, Timings
-from ldc.symbols import Location, Variable
-
-
-@dataclass(frozen=True, slots=True)
-class RungResult:
-    """What a rung gives to its body; ``build`` is None when it is wrong."""
-
-    build: RungBuild | None
-    coils: tuple[Coil, ...] = ()
-    temps: tuple[Variable, ...] = ()
-    hidden: tuple[Variable, ...] = ()
+from ldc.source import SourceFile
+from ldc.symbols import Location
 
 
 class Rungs:
-    """Compiles the rungs of a project, body by body."""
+    """Compiles the rungs of a project, body by body. ``known``: the sources whose rungs may be remembered."""
 
-    def __init__(self, model: Model, options: Options, diagnostics: Diagnostics, timings: Timings) -> None:
-        self.model, self.options, self.diagnostics, self.timings = model, options, diagnostics, timings
+    def __init__(self, model: Model, options: Options, diagnostics: Diagnostics, timings: Timings,
+                 known: Set[SourceFile]) -> None:
+        self.options, self.diagnostics, self.timings = options, diagnostics, timings
+        self.known = known
         self.done, self.total = 0, sum(len(rungs_of(p.body)) for p in model.pous.values())
         self.shapes: dict[tuple, shapes.Known] = {}
         self.nullary = frozenset(name for name, s in model.signatures.items()
@@ -49,11 +43,14 @@ class Rungs:
         """The rungs of a body; ``keys`` by identity."""
         locations = self.locations | {
             v.name.upper(): v.location for v in pou.variables.values() if v.location}
+        recall = None
+        if pou.body.span.source in self.known:
+            recall = Recall(self.options.memory, scope, locations, self.options)
         made, temps, hidden, coils = [], {}, [], []
         targets = {target.upper() for rung in rungs for target in jump_targets(rung)}
         for rung in rungs:
             label = rung.name if rung.name and rung.name.upper() in targets else None
-            done = self._rung(rung, keys[id(rung)], label, scope, locations)
+            done = self._rung(rung, keys[id(rung)], label, scope, locations, recall)
             self.done += 1
             if self.options.progress:
                 self.options.progress(self.done, self.total)
@@ -67,6 +64,22 @@ class Rungs:
         return BodyCode(codes, tuple(made), tuple(temps.values()), tuple(hidden))
 
     def _rung(self, rung: ast.Rung, key: str, label: str | None, scope: Scope,
+              locations: dict[str, Location], recall: Recall | None) -> RungResult:
+        if recall is None:
+            return self._fresh(rung, key, label, scope, locations)
+        with self.timings.of("recall"):
+            name = recall.name(rung, key, label)
+            known = recall.find(name, rung, key, label)
+        if known is not None:
+            return known
+        found = len(self.diagnostics)
+        made = self._fresh(rung, key, label, scope, locations)
+        if len(self.diagnostics) == found:
+            with self.timings.of("recall"):
+                recall.keep(name, rung, made)
+        return made
+
+    def _fresh(self, rung: ast.Rung, key: str, label: str | None, scope: Scope,
                locations: dict[str, Location]) -> RungResult:
         with self.timings.of("graph"):
             graph = graph_build(rung, key, scope, self.diagnostics)
@@ -126,17 +139,3 @@ class Rungs:
             f"drawing says: {verdict.what} differs", rung.name_span or rung.span, "self-check failed here",
             help="this is a fault of ldc, not of the program; please report it with this rung. "
             f"It shows with {values}")
-
-
-def jump_targets(rung: ast.Rung) -> tuple[str, ...]:
-    """The labels that the elements of a rung jump to."""
-    return tuple(jump.target for jump in _jumps(rung.paths))
-
-
-def _jumps(paths: tuple[ast.Path, ...]) -> Iterator[ast.Jump]:
-    for path in paths:
-        for item in path.items:
-            if isinstance(item, ast.Jump):
-                yield item
-            elif isinstance(item, ast.Branches):
-                yield from _jumps(item.paths)
