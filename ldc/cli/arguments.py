@@ -328,6 +328,37 @@ def _online(commands) -> None:
     action("cancel", "give up what is staged; a test ends").add_argument(
         "--force", action="store_true", help="whoever staged it")
     action("status", "what runs, what is staged")
+    _values(actions)
+
+
+def _values(actions) -> None:
+    """The actions of `online` that deal with values."""
+
+    def action(name: str, help: str, example: str) -> argparse.ArgumentParser:
+        added = _command(actions, name, help, f"  ldc online {name}{example}")
+        added.add_argument("--src", metavar="SRC", default=".", help="the program that runs (default: this folder)")
+        _socket(added)
+        return added
+
+    reading = action("get", "show values", " motor warm.ET")
+    reading.add_argument("paths", nargs="+", metavar="PATH", help="a variable, as in `motor` or `warm.Q`")
+    watching = action("watch", "show values again and again, until Ctrl-C", " motor,warm.ET --every 1s")
+    watching.add_argument("names", metavar="A,B", help="variables")
+    watching.add_argument("--every", type=_duration, metavar="TIME", help="time between two looks (100ms)")
+    watching.add_argument("--for", dest="duration", type=_duration, metavar="TIME", help="end after this time")
+    for name, help in (("set", "give a variable a value, once"),
+                       ("force", "hold a variable, whatever inputs and code say")):
+        writing = action(name, help, " motor 1")
+        writing.add_argument("path", metavar="PATH", help="a variable")
+        writing.add_argument("value", metavar="VALUE", help="0, TRUE, 12, 1.5, T#20ms, ...")
+    letting = action("unforce", "let a forced variable go", " motor")
+    letting.add_argument("path", nargs="?", metavar="PATH", help="a variable")
+    letting.add_argument("--all", action="store_true", help="all that are forced")
+    action("forces", "what is forced", "")
+    tracing = action("trace", "write the scans around an event", ' --watch a,b --trigger "a rises" -o out.csv')
+    tracing.add_argument("--watch", metavar="A,B", required=True, help="variables, the columns")
+    _around(tracing, required=True)
+    tracing.add_argument("-o", dest="output", metavar="OUT.csv", help="write to this file, not to standard output")
 
 
 def _pull(commands) -> None:

@@ -29,6 +29,10 @@ def run(options: argparse.Namespace) -> int:
     """Raises Invalid with what the compiler or the runtime has against it."""
     if options.action == "insert":
         return _insert(options)
+    if options.action in ("get", "set", "watch", "force", "unforce", "forces", "trace"):
+        from ldc.cli import values  # compiles nothing
+
+        return values.run(options)
     sources = read(options.sources)
     match options.action:
         case "stage":
