@@ -13,6 +13,7 @@ from typing import Protocol
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
 from ldc.il.placement import Placed
+from runtime.faults import Fault
 from runtime.field import Field
 from runtime.machine import Machine
 from runtime.master.part import MasterPart
@@ -29,6 +30,12 @@ class Plant(Protocol):
     """What is simulated around the controller. It knows nothing but the field and the time, in ns."""
 
     def step(self, now_ns: int, dt_ns: int) -> None: ...
+
+
+class Events(Protocol):
+    """Takes what units do; a list does."""
+
+    def append(self, event: UnitEvent) -> object: ...
 
 
 class _Slave:
@@ -48,10 +55,9 @@ class System:
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  coordination: Coordination, field: Field, *, plant: Plant | None = None,
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
-                 events: MutableSequence[UnitEvent] | None = None,
+                 events: Events | None = None,
                  log: MutableSequence[Entry] | None = None) -> None:
         self.shared = bytearray(shared_size())
-        self.events = events
         self._flags = _Flags(self.shared)
         self._plant, self._plant_ns, self._plant_due = plant, plant_ns, 0
         self._scheduler: Scheduler | None = None
@@ -75,6 +81,11 @@ class System:
     def machine(self) -> Machine:
         """The master's."""
         return self.master.machine
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Of tasks of the master, then of algorithms in IL on the slaves."""
+        return (*self.machine.faults, *(error.fault for part in self.slaves for error in part.faults))
 
     def now(self) -> int:
         """The time in ns."""

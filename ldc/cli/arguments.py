@@ -153,6 +153,9 @@ def _run(commands) -> None:
     parser.add_argument(
         "--timing", metavar="OUT.csv", help="with [cost]: what tasks took of the virtual time; - is stdout"
     )
+    parser.add_argument(
+        "--events", metavar="OUT.csv", help="write what master and slaves do: C.START, A.EXEC, ...; - is stdout"
+    )
     _beside(parser)
     parser.add_argument(
         "--online", action="store_true",

@@ -6,7 +6,7 @@ import argparse
 import io
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import BinaryIO
 
@@ -57,9 +57,13 @@ def run(options: argparse.Namespace) -> int:
     if options.sanitize and not sanitized.inside():
         return sanitized.run(options.arguments, result)
     bindings = native_code(result)
-    # A crash ends the process that writes: the file is given its name, or taken away, by this one.
-    with replacing(Path(options.trace)) if options.trace not in (None, "-") else nullcontext() as file:
-        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file, bindings))
+    # A crash ends the process that writes: files are given their names, or taken away, by this one.
+    with _opened(options.trace) as file, _opened(options.events) as events:
+        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file, bindings, events))
+
+
+def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
+    return nullcontext() if target in (None, "-") else replacing(Path(target))
 
 
 def _check_options(options: argparse.Namespace) -> None:
@@ -84,9 +88,10 @@ def _live(options: argparse.Namespace) -> bool:
 
 
 def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Action,
-         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = ()) -> int:
+         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (), events: BinaryIO | None = None) -> int:
     """All scans, and what is said at the end; ``beat`` is called before the first and after each scan.
-    ``file``: for the trace, when it is open already; ``bindings``: the components in C and C++."""
+    ``file``, ``events``: for the trace and for what units did, when they are open already; ``bindings``: the
+    components in C and C++."""
     if options.online:
         from ldc.cli import run_online  # loads what only a socket needs
 
@@ -95,6 +100,8 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     if options.timing and cost is None:
         raise UsageError("--timing needs a table [cost] in ldc.toml: without one nothing takes time")
     machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)
+    if _is_system(result) or options.events:
+        return _run_system(options, sources, result, machine, beat, file, bindings, events)
     timing = timing_of(machine, sources.manifest, cost) if cost else None
     execute = timing.scan if timing else machine.scan
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
@@ -115,6 +122,36 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     if timing:
         tell(timing.rows(), options.timing)
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
+
+
+def _is_system(result: pipeline.Compiled) -> bool:
+    """Whether a project needs more than a machine to run; otherwise it is executed as it always was."""
+    manifest = result.sources.manifest
+    return bool(result.program.algorithms) or manifest is not None and bool(manifest.coordination)
+
+
+def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
+                beat: Action, file: BinaryIO | None, bindings: tuple[Binding, ...], events: BinaryIO | None) -> int:
+    """As ``_run``, of master, slaves and plant."""
+    from ldc.cli import system as systems  # loads what a machine alone does not need
+
+    stimuli = stimuli_of(options.inputs, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine)
+    scans = run_length(options, stimuli, machine)
+    with systems.recorded(options.events, events) as record:
+        whole = systems.system(result, machine, bindings, record)
+        table = LiveTable(machine, names, scans, None, whole.scan) if _live(options) else None
+        with displayed(options.trace, machine, names, table, file, whole.scan) as (scan, sample), \
+                attached(options, sources, result, machine, names) as beside:
+            beat()
+            for _ in range(scans):
+                stimuli.apply(machine)
+                scan()
+                sample()
+                beside.scanned()
+                beat()
+    say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
+    return report((fault.diagnostic() for fault in whole.faults), locator(result))
 
 
 def start(

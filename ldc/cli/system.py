@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence
+import csv
+import io
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
+from pathlib import Path
+from typing import BinaryIO, TextIO
 
 from ldc import pipeline
 from ldc.cli.coordinate import coordination
+from ldc.cli.output import replacing
 from ldc.cli.plant import Plant
 from ldc.il.coordination import Coordination, Module
 from ldc.il.external import Binding
@@ -16,14 +23,35 @@ from runtime.machine import Machine
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
 from runtime.slave.algorithm import makers
-from runtime.system import System
+from runtime.system import Events, System
 from runtime.units import UnitEvent
+from runtime.values import milliseconds
 
 
-def is_system(result: pipeline.Compiled) -> bool:
-    """Whether a project needs more than a machine to run; otherwise it is executed as it always was."""
-    manifest = result.sources.manifest
-    return bool(result.program.algorithms) or manifest is not None and bool(manifest.coordination)
+@contextmanager
+def recorded(target: str | None, opened: BinaryIO | None) -> Iterator[EventFile | None]:
+    """Where events go: `-` is standard output, None nowhere. ``opened``: the file, when it is open already."""
+    if target is None:
+        yield None
+    elif target == "-":
+        yield EventFile(sys.stdout)
+    else:
+        with replacing(Path(target)) if opened is None else nullcontext(opened) as file:
+            text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+            yield EventFile(text)
+            text.flush()
+            text.detach()
+
+
+class EventFile:
+    """Events as CSV: time in ms, processor, unit, index (of a module, an algorithm, a message), detail."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._write = csv.writer(stream, lineterminator="\n").writerow
+        self._write(("t_ms", "processor", "unit", "index", "detail"))
+
+    def append(self, event: UnitEvent) -> None:
+        self._write((milliseconds(event.time_ns), event.processor, event.unit, event.index, event.detail))
 
 
 def together(result: pipeline.Compiled) -> Coordination:
@@ -43,7 +71,7 @@ def placement(result: pipeline.Compiled) -> tuple[Placed, ...]:
 
 
 def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tuple[Binding, ...],
-           events: MutableSequence[UnitEvent] | None = None) -> System:
+           events: Events | None = None) -> System:
     """The system of a compiled project around its master. Raises Invalid."""
     algorithms, said = placement(result), together(result)
     places = points(result.program, algorithms)
