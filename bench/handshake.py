@@ -1,9 +1,10 @@
-"""Transfers between two processes over shared memory, against bare copies to and fro over the same memory.
+"""Transfers between two processes over shared memory, in C and in Python, against the least that any transfer
+costs: as many bytes copied there and a word back, in C over the same memory.
 
-A transfer is 72 bytes of data with envelope, CRC, check of nine parameters and the flags of U*; the yardstick
-is a ping-pong of as many bytes with one word as flag, written in the same language. Both wait by looking
-again and again, and let others run in between. Batches alternate, so that the ratio does not depend on how
-busy the machine is.
+A transfer is 72 bytes of data with envelope, CRC, check of nine parameters and the flags of U*; every one that
+arrives is compared. Both sides wait by looking again and again, and let others run in between. Batches
+alternate, so that ratios do not depend on how busy the machine is. In C the latency of a transfer is the time
+from its begin until the sender knows that it was taken.
 """
 
 from __future__ import annotations
@@ -11,124 +12,139 @@ from __future__ import annotations
 import multiprocessing
 import os
 import statistics
-import struct
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
+from functools import cache, partial
 from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
 
 import _tables
+import cffi
 
-from runtime.protocol.check import Algorithm, Parameter, Situation
-from runtime.protocol.endpoint import Endpoint
-from runtime.protocol.envelope import Command
-from runtime.protocol.memory import Words, shared_size, shared_words
-from runtime.protocol.profile import I_STAR, U_STAR, Link, Profile, channel
-from runtime.protocol.receiver import Delivered
-from runtime.protocol.sender import Done
+from ldc.components import toolchain
 
-TRANSFERS, BATCHES, LOOKS = 2000, 7, 20
-AID = 1
-SITUATION = Situation({AID: Algorithm(AID, tuple(Parameter(n) for n in range(1, 10)))}, frozenset((AID,)))
-DATA = b"".join(struct.pack("<If", n, n / 2) for n in range(1, 10))
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
 
+from protocol_pair import Side, drive  # noqa: E402
 
-def endpoint(words: Words, master: bool, profile: Profile) -> Endpoint:
-    there, back = (Link(channel(1, to_slave), profile) for to_slave in (True, False))
-    return Endpoint(words, *((there, back) if master else (back, there)), SITUATION)
+from runtime.protocol.memory import shared_size, shared_words  # noqa: E402
+from runtime.protocol.profile import I_STAR, U_STAR, Profile  # noqa: E402
 
-
-def transfers(words: Words, master: bool, profile: Profile, both: bool) -> int:
-    """Until the last one has come and the flags are 0; the number that this side has sent."""
-    end = endpoint(words, master, profile)
-    sends = master or both
-    todo, due = TRANSFERS if sends else 0, TRANSFERS if both or not master else 0
-    if sends:
-        end.send(AID, Command.UPDATE, DATA)
-    while todo or due or not end.ready or end.receiver.phase:
-        for _ in range(LOOKS):
-            for event in end.poll():
-                match event:
-                    case Done():
-                        todo -= 1
-                        if todo:
-                            end.send(AID, Command.UPDATE, DATA)
-                    case Delivered():
-                        due -= 1
-                    case _:
-                        raise SystemExit(f"a transfer failed: {event}")
-        os.sched_yield()
-    return TRANSFERS * (1 + both)
+BATCHES, IN_C, IN_PYTHON = 5, 200_000, 4000
+ROOM = ROOT / "ldc" / "backends" / "firmware" / "runtime"
+_DECLARED = """
+uint32_t p_sends(uint8_t *shared, uint32_t salt, uint32_t count, uint32_t *ns);
+uint32_t p_receives(uint8_t *shared, uint32_t salt, uint32_t count);
+void p_copies(uint8_t *shared, uint32_t first, uint32_t count, uint32_t *ns);
+"""
 
 
-def copies(words: Words, master: bool) -> int:
-    """The bytes of an envelope there, and a word back: what any transfer costs at least."""
-    there, back, slot = words.first + 0x8000, words.first + 0x9000, words.first
-    frame = bytes(20) + DATA
-    for n in range(1, TRANSFERS + 1):
-        if master:
-            words.write(slot, frame)
-            words.store(there, n)
-        wait(words, back if master else there, n)
-        if not master:
-            words.read(slot, len(frame))
-            words.store(back, n)
-    return TRANSFERS
+def built(target: Path) -> Path:
+    """The loops of both sides in C (p_pair.c)."""
+    names = ROOM / "p_handshake.c", ROOM / "p_parameters.c", ROOT / "bench" / "p_pair.c"
+    flags = "-std=c11 -O2 -fPIC -shared".split()
+    subprocess.run([toolchain.find(toolchain.GCC), *flags, "-I", str(ROOM), "-o", str(target),
+                    *map(str, names)], check=True)
+    return target
 
 
-def wait(words: Words, address: int, value: int) -> None:
-    while True:
-        for _ in range(LOOKS):
-            if words.load(address) == value:
-                return
-        os.sched_yield()
+@cache
+def _library(path: str):
+    ffi = cffi.FFI()
+    ffi.cdef(_DECLARED)
+    return ffi, ffi.dlopen(path)
 
 
-WORK: dict[str, Callable[[Words, bool], int]] = {
-    "copies": copies,
-    "U*, one way": lambda words, master: transfers(words, master, U_STAR, False),
-    "I*, one way": lambda words, master: transfers(words, master, I_STAR, False),
-    "U*, both ways": lambda words, master: transfers(words, master, U_STAR, True),
+def copies(path: str, shared: SharedMemory, master: bool) -> list[int]:
+    ffi, lib = _library(path)
+    times = ffi.new("uint32_t[]", IN_C) if master else ffi.NULL
+    with ffi.from_buffer("uint8_t[]", shared.buf, require_writable=True) as buffer:
+        lib.p_copies(buffer, master, IN_C, times)
+    return list(times) if master else []
+
+
+def in_c(path: str, shared: SharedMemory, master: bool) -> list[int]:
+    ffi, lib = _library(path)
+    times = ffi.new("uint32_t[]", IN_C) if master else ffi.NULL
+    with ffi.from_buffer("uint8_t[]", shared.buf, require_writable=True) as buffer:
+        bad = lib.p_sends(buffer, 1, IN_C, times) if master else lib.p_receives(buffer, 1, IN_C)
+    if bad:
+        raise SystemExit(f"{bad} of {IN_C} transfers were wrong")
+    return list(times) if master else []
+
+
+def in_python(profile: Profile, path: str, shared: SharedMemory, master: bool) -> list[int]:
+    """Half of the transfers each way, at the same time."""
+    words = shared_words(shared.buf)
+    side = Side(words, 1, master, profile, IN_PYTHON // 2)
+    drive(side)
+    words.close()
+    if side.bad:
+        raise SystemExit(f"{side.bad} of {IN_PYTHON} transfers were wrong")
+    return []
+
+
+WORK: dict[str, tuple[Callable[[str, SharedMemory, bool], list[int]], int]] = {
+    "copies, C": (copies, IN_C),
+    "U*, C": (in_c, IN_C),
+    "U*, Python, both ways": (partial(in_python, U_STAR), IN_PYTHON),
+    "I*, Python, both ways": (partial(in_python, I_STAR), IN_PYTHON),
 }
 
 
-def slave(name: str, turns: multiprocessing.Queue) -> None:
+def slave(name: str, path: str, turns: multiprocessing.Queue, ready: multiprocessing.Queue) -> None:
     """Takes part in what it is told until it is told nothing."""
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     shared = SharedMemory(name=name)
-    words = shared_words(shared.buf)
     while (work := turns.get()) is not None:
-        WORK[work](words, False)
-    words.close()
+        ready.put(work)
+        WORK[work][0](path, shared, False)
+        ready.put(work)
     shared.close()
 
 
 def main() -> None:
     context = multiprocessing.get_context("spawn")
-    turns = context.Queue()
+    turns, ready = context.Queue(), context.Queue()
     shared = SharedMemory(create=True, size=shared_size())
-    partner = context.Process(target=slave, args=(shared.name, turns), daemon=True)
-    partner.start()
-    words = shared_words(shared.buf)
     rates: dict[str, list[float]] = {name: [] for name in WORK}
-    for batch in range(BATCHES + 1):
-        for name, work in WORK.items():
-            shared.buf[:] = bytes(len(shared.buf))
-            turns.put(name)
-            start = time.perf_counter()
-            count = work(words, True)
-            if batch:  # the first batch warms up
-                rates[name].append(count / (time.perf_counter() - start))
-    turns.put(None)
-    partner.join()
-    words.close()
+    latencies: dict[str, list[int]] = {name: [] for name in WORK}
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(built(Path(folder) / "p.so"))
+        partner = context.Process(target=slave, args=(shared.name, path, turns, ready), daemon=True)
+        partner.start()
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+        for batch in range(BATCHES + 1):
+            for name, (work, count) in WORK.items():
+                shared.buf[:] = bytes(len(shared.buf))
+                turns.put(name)
+                ready.get()
+                start = time.perf_counter()
+                times = work(path, shared, True)
+                rate = count / (time.perf_counter() - start)
+                ready.get()
+                if batch:  # the first batch warms up
+                    rates[name].append(rate)
+                    latencies[name] += times
+        turns.put(None)
+        partner.join()
     shared.close()
     shared.unlink()
     rows = []
     for name, values in rates.items():
-        ratio = statistics.median(c / v for c, v in zip(rates["copies"], values, strict=True))
-        rows.append([name, _tables.spread([v / 1000 for v in values], 2), f"{ratio:.1f}"])
-    _tables.show(f"{len(DATA)} bytes of data between two processes over shared memory",
-                 ["", "1000 transfers a second, median (min .. max)", "copies / this"], rows,
-                 f"ratio of paired batches, median of {BATCHES}; {TRANSFERS} transfers a batch")
+        ratio = statistics.median(c / v for c, v in zip(rates["copies, C"], values, strict=True))
+        found = sorted(latencies[name])
+        at = [f"{found[int(len(found) * share) - 1] / 1000:.1f}" for share in (0.5, 0.99, 0.999, 1)] \
+            if found else []
+        rows.append([name, _tables.spread([v / 1000 for v in values], 1), f"{ratio:.1f}", " / ".join(at)])
+    _tables.show("72 bytes of data between two processes over shared memory",
+                 ["", "1000 transfers a second", "copies / this", "us: p50 / p99 / p99.9 / max"], rows,
+                 f"median (min .. max) of {BATCHES} batches of {IN_C} transfers in C, {IN_PYTHON} in Python; none "
+                 "wrong; ratio of paired batches")
 
 
 if __name__ == "__main__":
