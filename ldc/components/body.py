@@ -107,6 +107,15 @@ def proxy(component: Component, pou: Pou, slave: int, diagnostics: Diagnostics) 
     return Unit("FUNCTION_BLOCK", component.name, (*variables, fed), rungs, title=pou.title, pace=pace)
 
 
+def check_memory(component: Component, unit: Unit, slave: int, diagnostics: Diagnostics) -> None:
+    """Tells what the body of an algorithm names of the memory of the master."""
+    for instr in (i for rung in unit.rungs for i in rung.code):
+        for place in (instr.operand, *instr.args, *(at for _, at in instr.outputs)):
+            if isinstance(place, Place) and place.is_global and place.root != _NOW:
+                at = place.span or instr.span or component.span("function", "sources")
+                findings.memory_of_master(diagnostics, at, place.root, component.name, slave)
+
+
 def _inner(instr: Instr) -> Instr:
     return replace(instr, op=_RETURNS[instr.op], name=_END) if instr.op in _RETURNS else instr
 

@@ -283,3 +283,13 @@ def called_here(diagnostics: Diagnostics, span: Span, name: str, target: str) ->
         "its own pace",
         help="algorithms at their own pace run on this computer; firmware calls components and waits for them",
     )
+
+
+def memory_of_master(diagnostics: Diagnostics, span: Span | None, name: str, component: str, slave: int) -> None:
+    diagnostics.error(
+        "LD1025",
+        f"slave{slave} has no `{name}`: it belongs to the master",
+        span,
+        f"named by {component}, which this slave executes by itself",
+        help="make it a pin of the component",
+    )

@@ -225,6 +225,7 @@ class _Compile:
             return unit
         from ldc.components import body
 
+        body.check_memory(component, unit, slave, self.diagnostics)
         self.algorithms.append(unit)
         return body.proxy(component, pou, slave, self.diagnostics) or unit
 
