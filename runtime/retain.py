@@ -37,12 +37,11 @@ class Leaf:
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """Paths by what became of them. ``changed``: another program was saved."""
+    """Paths by what became of them."""
 
     kept: tuple[str, ...]
     initialised: tuple[str, ...]
     dropped: tuple[str, ...]
-    changed: bool
 
 
 def leaves(layout: Layout) -> tuple[Leaf, ...]:
@@ -178,9 +177,9 @@ def _entries(found: tuple[Leaf, ...], values: Iterator) -> list[Entry]:
 # ---- at the start ------------------------------------------------------------------------------------
 
 
-def restore(machine: Machine, kept: Kept, program: str) -> Restored:
+def restore(machine: Machine, kept: Kept) -> Restored:
     """Puts saved values into a machine before its first scan. The program's time goes on where it was, so
-    that timers that are retained keep what has elapsed. ``program``: SHA-256 of the one that will run.
+    that timers that are retained keep what has elapsed.
 
     Raises ValueError, and leaves the machine as it was, when bytes are no value of their type.
     """
@@ -199,7 +198,7 @@ def restore(machine: Machine, kept: Kept, program: str) -> Restored:
     for symbol, value in values:
         machine.assign(symbol, value)
     machine.now_ns = kept.now_ns
-    return Restored(tuple(same), tuple(initialised), tuple(entries), program != kept.program)
+    return Restored(tuple(same), tuple(initialised), tuple(entries))
 
 
 def _values(entry: Entry, leaf: Leaf) -> list[object] | None:

@@ -11,6 +11,7 @@ from online_programs import loaded
 from runtime.online.checks import Limits
 from runtime.online.controller import Controller, prepare
 from runtime.stimuli import Stimuli
+from runtime.symbols import UnknownSymbol
 from runtime.vm.stepping import Stepper
 
 TEXT = """PROGRAM main
@@ -167,3 +168,26 @@ def test_stimuli_do_not_reach_a_forced_input(machine) -> None:
     stimuli.apply(machine)
     machine.scan()
     assert not machine.get("seen")
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.one_of(st.text(max_size=12), st.text("an.[]0123,-% ", max_size=10),
+                 st.sampled_from(("n", "t.PT", "bits", "a", "x", "s", "row[1]"))),
+       st.one_of(st.text(max_size=12), st.text("0123456789eE.-+#T_msd$'", max_size=12)))
+def test_whatever_is_forced_it_is_done_or_told(path: str, text: str) -> None:
+    machine = TYPED
+    try:
+        machine.forces.add(path, text)
+    except (UnknownSymbol, ValueError):
+        pass
+    machine.scan()
+    machine.forces.rows.clear()
+
+
+@pytest.mark.parametrize("path", ("row[1,]", "row[-]", "row[,]", "a." + "9" * 5000, "a" * 5000, "row[--1]"))
+def test_what_is_no_path_is_told(path: str) -> None:
+    with pytest.raises(UnknownSymbol):
+        TYPED.symbols.find(path)
+
+
+TYPED = loaded(TEXT.replace("t : TON;", "t : TON; x : REAL; s : STRING[3]; row : ARRAY [0..2] OF LREAL;")).machine

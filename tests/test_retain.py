@@ -95,8 +95,8 @@ def state(machine) -> dict[str, object]:
 def test_what_is_retained_comes_back_and_nothing_else(engine: str) -> None:
     before = filled(engine)
     after = loaded(TEXT, engine).machine
-    told = restore(after, saved(before), ME.program)
-    assert not told.initialised and not told.dropped and not told.changed
+    told = restore(after, saved(before))
+    assert not told.initialised and not told.dropped
     for path in VALUES:
         if path != "reals[1]":
             assert after.get(path) == before.get(path), path
@@ -112,7 +112,7 @@ def test_a_retained_timer_keeps_what_has_elapsed(engine: str) -> None:
     before = filled(engine)
     assert before.get("waits.ET") == 290_000_000
     after = loaded(TEXT, engine).machine
-    restore(after, saved(before), ME.program)
+    restore(after, saved(before))
     for _ in range(70):
         after.scan()
         assert not after.get("waits.Q")
@@ -138,10 +138,10 @@ def test_another_program_takes_what_it_has_of_the_same_type() -> None:
     text = text.replace("IN1 := n, IN2 := 1, OUT => n", "IN1 := lost, IN2 := 1, OUT => lost")
     text = text.replace("<MOVE(IN := n, OUT => lost)>", "").replace("left : INT;", "left : INT; third : INT := 9;")
     after = loaded(text.replace("INT(-5..50)", "INT(-5..40)").replace("day : DATE", "date_ : DATE")).machine
-    told = restore(after, kept, "c" * 64)
+    told = restore(after, kept)
     assert set(told.initialised) == {"MAIN.N", "MAIN.FLAGS", "MAIN.FEW", "MAIN.DATE_",
                                      "MAIN.PAIRS[1].THIRD", "MAIN.PAIRS[2].THIRD"}
-    assert set(told.dropped) == {"MAIN.N", "MAIN.FLAGS", "MAIN.FEW", "MAIN.DAY"} and told.changed
+    assert set(told.dropped) == {"MAIN.N", "MAIN.FLAGS", "MAIN.FEW", "MAIN.DAY"}
     assert after.get("pairs[2].right") == 2.5 and after.get("pairs[2].third") == 9 and after.get("n") == 4
 
 
@@ -151,7 +151,7 @@ def test_bytes_that_are_no_value_change_nothing() -> None:
     after = loaded(TEXT).machine
     before = state(after)
     with pytest.raises(ValueError):
-        restore(after, replace_entries(kept, entries), ME.program)
+        restore(after, replace_entries(kept, entries))
     assert state(after) == before and after.now_ns == 0
 
 
@@ -263,7 +263,7 @@ def test_power_cuts_at_any_moment_lose_nothing_that_was_saved(tmp_path: Path, be
             assert known == reached == 0
             continue
         machine = loaded(COUNTS).machine if round_ % 10 == 0 else made.machine
-        restore(machine, kept, ME.program)
+        restore(machine, kept)
         values = set(machine.sample(places))
         assert len(values) == 1, "values of two saves"
         assert (value := values.pop()) >= known >= reached
@@ -275,7 +275,7 @@ def _count(machine, places, path: Path, pipe: int, beside: bool) -> None:
     store = Store(path)
     kept = store.load(Diagnostics())
     if kept is not None:
-        restore(machine, kept, ME.program)
+        restore(machine, kept)
     first = machine.get("n")
     retaining = Retaining(machine, ME, store, 20_000_000, beside, lambda error: os._exit(2),
                           lambda scan: os.write(pipe, b"%d\n" % (first + scan)))

@@ -26,7 +26,6 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
           path: Path, beside: bool) -> Retaining:
     """Gives the machine its retained values as `--start` says, and what saves them. ``beside``: scans do not
     wait for the disk. Raises Invalid when the file cannot be used; it is as it was then."""
-    path = path.absolute()
     store = Store(path)
     found = Diagnostics()
     identity = Identity(name_of(sources), result.image.digest, lambda: result.image.layout.digest)
@@ -42,7 +41,7 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
     else:
         kept = store.load(found)
         if kept is not None:
-            _restore(machine, kept, identity, path, found)
+            _restore(machine, kept, path, found)
     report(found)
     if not leaves(machine.layout):
         say("note: no variable of the program is RETAIN")
@@ -58,9 +57,9 @@ def _reason(folder: Path) -> OSError:
     return OSError(number, os.strerror(number))
 
 
-def _restore(machine: Machine, kept: Kept, identity: Identity, path: Path, found: Diagnostics) -> None:
+def _restore(machine: Machine, kept: Kept, path: Path, found: Diagnostics) -> None:
     try:
-        told = restore(machine, kept, identity.program)
+        told = restore(machine, kept)
     except ValueError as error:
         raise Invalid([_foreign(path, kept, str(error))]) from error
     if told.dropped and not told.kept:
@@ -72,7 +71,9 @@ def _restore(machine: Machine, kept: Kept, identity: Identity, path: Path, found
                       f"{'is' if len(told.dropped) == 1 else 'are'} dropped: {names}{more}",
                       help="the program has no such variable, or has it of another type; keep a copy of the file "
                       "if the values matter")
-    changed = f"; {len(told.initialised)} initialised, {len(told.dropped)} dropped" if told.changed else ""
+    changed = ""
+    if told.initialised or told.dropped:
+        changed = f"; {len(told.initialised)} initialised, {len(told.dropped)} dropped"
     say(visible(f"retain: {plural(len(told.kept), 'value')} of scan {kept.scan} from {path.name}{changed}"))
 
 
