@@ -105,7 +105,8 @@ def test_the_picture_of_the_readme_is_the_rung_of_its_first_program(tmp_path: Pa
 
 def test_the_example_of_the_manifest_is_one_and_every_key_is_described(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "manifest.md").read_text(encoding="utf-8")
-    for table in (manifest.ProjectTable, manifest.TaskTable, manifest.MemoryTable, manifest.RunTable):
+    for table in (manifest.ProjectTable, manifest.TaskTable, manifest.MemoryTable, manifest.RunTable,
+                  manifest.CostTable):
         for field in msgspec.structs.fields(table):
             assert f"`{field.name}`" in text
     (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
