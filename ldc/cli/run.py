@@ -102,22 +102,22 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)
     if _is_system(result) or options.events:
         return _run_system(options, sources, result, machine, beat, file, bindings, events)
-    timing = timing_of(machine, sources.manifest, cost) if cost else None
-    execute = timing.scan if timing else machine.scan
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
-    powers = Powers(machine, result.units) if _stepped(options, sources) else None
-    table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
-    with displayed(options.trace, machine, names, table, file, execute) as (scan, sample), \
-            attached(options, sources, result, machine, names) as beside:
-        beat()
-        for _ in range(scans):
-            stimuli.apply(machine)
-            scan()
-            sample()
-            beside.scanned()
+    with attached(options, sources, result, machine, names) as beside:  # may set the time of the machine
+        timing = timing_of(machine, sources.manifest, cost) if cost else None
+        execute = timing.scan if timing else machine.scan
+        powers = Powers(machine, result.units) if _stepped(options, sources) else None
+        table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
+        with displayed(options.trace, machine, names, table, file, execute) as (scan, sample):
             beat()
+            for _ in range(scans):
+                stimuli.apply(machine)
+                scan()
+                sample()
+                beside.scanned()
+                beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     if timing:
         tell(timing.rows(), options.timing)
@@ -138,11 +138,11 @@ def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
-    with systems.recorded(options.events, events) as record:
+    with attached(options, sources, result, machine, names) as beside, \
+            systems.recorded(options.events, events) as record:
         whole = systems.system(result, machine, bindings, record)
         table = LiveTable(machine, names, scans, None, whole.scan) if _live(options) else None
-        with displayed(options.trace, machine, names, table, file, whole.scan) as (scan, sample), \
-                attached(options, sources, result, machine, names) as beside:
+        with displayed(options.trace, machine, names, table, file, whole.scan) as (scan, sample):
             beat()
             for _ in range(scans):
                 stimuli.apply(machine)
