@@ -16,7 +16,7 @@ from collections.abc import Callable
 from math import exp
 from random import Random
 
-AT_REST = 0.01  # mm/s; what is left of the way is less than 0.1 um
+AT_REST = 0.1  # mm/s; what is left of the way is less than 1 um
 
 
 class Drive:
@@ -48,9 +48,14 @@ class Axis:
         for show in self.show:
             show(shown)
 
+    def rest(self, now_ns: int) -> None:
+        self.journal.append((now_ns, self.name, self.drive.name, self.position))
+
     def command(self, drive: Drive, reference: float, now_ns: int) -> None:
         """A drive has another reference since ``now_ns``; a start and a stop are commands of their own."""
         if drive.reference == 0.0:
+            if not self.still and drive is not self.drive:
+                self.rest(now_ns)  # one drive takes over from another
             self.drive, self.gain = drive, self.random.gauss(1.0, drive.gain_sd)
         if drive.reference == 0.0 or reference == 0.0:
             self.delay_ns = max(0.0, self.random.gauss(drive.delay_ns, drive.delay_sd_ns))
@@ -81,7 +86,7 @@ class Axis:
         self.glide(now_ns - since_ns)
         if self.reached == 0.0 and not coming and abs(self.velocity) < AT_REST:
             self.velocity, self.still = 0.0, True
-            self.journal.append((now_ns, self.name, self.drive.name, self.position))
+            self.rest(now_ns)
         self.measure()
 
 
