@@ -26,6 +26,7 @@ from runtime.protocol.literal import (
 from runtime.protocol.memory import Access, ForeignAccess, allocate, bit, shared_size, shared_words, watch
 from runtime.protocol.profile import I_STAR, U_STAR, Profile, channel
 from runtime.protocol.receiver import Delivered, Refused, restart
+from runtime.protocol.receiver import Phase as ReceiverPhase
 from runtime.protocol.sender import Busy, Done, Fault, Linked, Phase, Sender
 
 PROFILES = pytest.mark.parametrize("profile", [U_STAR, I_STAR], ids=lambda p: p.name)
@@ -392,3 +393,15 @@ def test_a_word_outside_of_the_memory_is_no_word() -> None:
 def test_two_writers_of_a_word_are_found() -> None:
     accesses = [Access("master", "set", "SPF", 0x1FD000, 1), Access("slave1", "clear", "SPF", 0x1FD000, 1)]
     assert len(i7(accesses, 1)) == 1
+
+
+@PROFILES
+def test_a_transfer_that_begins_while_flags_are_made_zero_is_served_by_the_same_poll(profile: Profile) -> None:
+    memory = shared_words(bytearray(shared_size()))
+    master, slave = (Endpoint(memory, *links(1, end, profile), SITUATION) for end in (True, False))
+    for _ in range(slave.into.clear_periods):
+        slave.tick()
+    assert slave.receiver.phase is ReceiverPhase.SCRUB
+    master.send(AID, Command.UPDATE, payload(1, 1))
+    master.poll()
+    assert any(isinstance(event, Delivered) for event in slave.poll())

@@ -173,11 +173,13 @@ def test_to_run_is_to_step_until_one_waits(profile, limits, chunk) -> None:
         once, again = Seen(words), Seen(words)
         at_once, in_steps = made(*state), made(*state)
         event = module.run(at_once, result.link, once, *more)
-        told = None
+        told, scrubs = None, in_steps.phase == receiving.Phase.SCRUB and not sends
         while (outcome := module.step(in_steps, result.link, again, *more)) is not False:
             told = outcome if outcome is not True else told
-            if told if sends else in_steps.phase == receiving.Phase.WATCH and not in_steps.at:
+            rests = in_steps.phase == receiving.Phase.WATCH and not in_steps.at
+            if told if sends else rests and not scrubs:
                 break
+            scrubs = scrubs and not rests
         assert (at_once.state(), once.value(), once.log, event) == (
             in_steps.state(), again.value(), again.log, told)
 
