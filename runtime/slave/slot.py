@@ -1,0 +1,115 @@
+"""An algorithm of a slave with its link: what is known of it, and its words in the memory of the slave."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterable
+
+from ldc.il.areas import areas
+from ldc.il.placement import Placed, PlacedPin, same_body
+from runtime.field import Field
+from runtime.processors.states import Algorithm as State
+from runtime.protocol.check import Algorithm as Parameters
+from runtime.protocol.check import Parameter, Situation, values_of
+from runtime.protocol.endpoint import Endpoint
+from runtime.protocol.envelope import Envelope
+from runtime.protocol.memory import Memory, bit
+from runtime.slave.algorithm import Maker
+
+_F32 = 3.4028235677973366e38
+"""From here on a number is infinite when it is rounded to 32 bits."""
+
+_AFE, _AFS, _AD = bit(areas()["AFE"].base)[0], areas()["AFS"].base, areas()["AD"].base
+
+
+def of_p(aid: int, pins: Iterable[PlacedPin]) -> Parameters:
+    """What P knows of the pins of one direction."""
+    return Parameters(aid, tuple(Parameter(p.pid, p.type, p.low, p.high) for p in pins))
+
+
+class Slot:
+    """``live``: it was started and has not ended; ``begun``: it has been executed since; ``first``: the next
+    execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer whose
+    parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made anew.
+    ``tell``: feedback is to go out, ``sent`` what went out last, ``feed_at``: when it is looked at again."""
+
+    __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last", "seq",
+                 "fresh", "state", "error", "faulty", "tell", "sent", "feed_at", "_memory", "_taken", "_fed", "_values",
+                 "_afs")
+
+    def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory) -> None:
+        self.placed, self.maker, self.endpoint = placed, maker, endpoint
+        self.algorithm = maker(placed, field)
+        self.mask = 1 << placed.slot
+        self.live = self.begun = self.first = self.fresh = self.faulty = self.tell = False
+        self.due = self.last = self.seq = self.error = self.feed_at = 0
+        self.state = State.IDLE
+        self.sent: tuple = ()
+        self._memory, self._afs = memory, bit(_AFS + 2 * placed.slot)
+        self._taken, self._fed = of_p(placed.aid, placed.parameters), of_p(placed.aid, placed.feedback)
+        self._values: dict[int, float] = {}
+        self.enter(State.IDLE)
+
+    def enter(self, state: State) -> None:
+        """AFS, and what P is to know when it checks the next envelope."""
+        self.state = state
+        address, low = self._afs
+        self._memory.bits.clear(address, 3 * low)
+        self._memory.bits.set(address, state * low)
+        aid, nothing = frozenset((self.placed.aid,)), frozenset()
+        rested = not self.live and state in (State.DONE, State.ERROR)
+        self.endpoint.situation = Situation({self.placed.aid: self._taken}, aid if self.live else nothing,
+                                            ended=aid if rested else nothing)
+
+    def execute_flag(self, on: bool) -> None:
+        """AFE."""
+        (self._memory.bits.set if on else self._memory.bits.clear)(_AFE, self.mask)
+
+    def take(self, envelope: Envelope) -> None:
+        """Parameters that P has taken wait for the next execution."""
+        self._values, self.seq, self.fresh = values_of(envelope, self._taken), envelope.seq, True
+
+    def deframe(self) -> None:
+        """They go into AD, and to the algorithm."""
+        self.fresh = False
+        pins = self.placed.parameters
+        values = [self._values[p.pid] for p in pins]
+        self._memory.data.write(_AD + self.placed.ad, b"".join(map(_word, pins, values)))
+        self.algorithm.take(values)
+
+    def message(self) -> bytes:
+        """The data of the feedback of now; ``sendable`` was asked before."""
+        self.sent = *self.algorithm.outputs(), self.error, int(self.state)
+        return self._packed(self.sent)
+
+    def wrong(self) -> bytes:
+        """The same when an output cannot be sent: 0 in its place."""
+        values = (v if sendable(v) else 0.0 for v in self.algorithm.outputs())
+        self.sent = *values, self.error, int(self.state)
+        return self._packed(self.sent)
+
+    def _packed(self, values: tuple) -> bytes:
+        layout = self._fed.layout
+        return layout.words.pack(*[x for pair in zip(layout.pids, values, strict=True) for x in pair])
+
+    def goes_on(self, new: Placed, maker: Maker) -> bool:
+        """Whether the algorithm of another placement is this one: same place, same pins, same body."""
+        was = self.placed
+        return ((was.slot, was.aid, was.ad, was.unit.upper(), was.parameters, was.feedback, was.local) ==
+                (new.slot, new.aid, new.ad, new.unit.upper(), new.parameters, new.feedback, new.local)
+                and same_body(self.maker.unit, maker.unit))
+
+
+def executing(memory: Memory) -> int:
+    """AFE of a slave: the algorithms that execute, a bit a slot."""
+    return memory.bits.load(_AFE)
+
+
+def sendable(value: bool | int | float) -> bool:
+    """P sends no number that is none or infinite."""
+    return not isinstance(value, float) or math.isfinite(value) and abs(value) < _F32
+
+
+def _word(pin: PlacedPin, value: float) -> bytes:
+    return struct.pack({"f32": "f", "i32": "i"}.get(pin.type, "I"), value)
