@@ -29,6 +29,7 @@ class Timing:
     def __init__(self, machine: Machine, cost: Cost, watchdogs: Mapping[str, int] | None = None,
                  log: MutableSequence[Entry] | None = None) -> None:
         self.machine = machine
+        self._start = machine.now_ns  # after a warm start the program's time goes on, the scheduler's begins
         self._watchdogs = watchdogs or {}
         self._whole = None if isinstance(machine, paced.Machine) else _Whole(machine, cost)
         self.threads = tuple(Thread(s.task.name, "control", None, self._work(s), priority=s.task.priority)
@@ -43,7 +44,7 @@ class Timing:
                 self.scheduler.release(0, schedule.task.name)
             else:
                 self.scheduler.raise_event(0, schedule.task.name)
-        self.scheduler.run(self.machine.now_ns + self.machine.period_ns)
+        self.scheduler.run(self.machine.now_ns - self._start + self.machine.period_ns)
         self.machine.end()
 
     def rows(self) -> tuple[Row, ...]:
@@ -59,9 +60,9 @@ class Timing:
             if schedule.stopped:
                 return None
             if self._whole is None:
-                pieces = self.machine.pieces(schedule, now_ns)
+                pieces = self.machine.pieces(schedule, self._start + now_ns)
             else:
-                pieces = self._whole.execute(schedule, now_ns)
+                pieces = self._whole.execute(schedule, self._start + now_ns)
             return pieces if limit is None else _Watched(pieces, self, schedule, now_ns, limit)
 
         return work
