@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -181,6 +182,8 @@ class _Check:
                                             f"parameters of `{module.name}`: {listed}")
                 continue
             try:
+                if isinstance(value, float) and math.isnan(value):
+                    raise ValueError("this is no number")
                 made = values.parse(str(value), parameter.type)
             except ValueError as error:
                 self.findings.bad_parameter(span, f"`{name}` of module `{module.name}` cannot be `{value}`",
