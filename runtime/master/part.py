@@ -35,11 +35,12 @@ class MasterPart:
     """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the units
     as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when an
     emergency begins, for those who reach the slaves without P. ``wiring``: inputs and outputs that a
-    plant is wired to. ``state``: as SPEC 5 has it."""
+    plant is wired to. ``t_ack_ns``: after which a slave counts as silent. ``state``: as SPEC 5 has it."""
 
     def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
                  coordination: Coordination, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
-                 on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None) -> None:
+                 on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None,
+                 t_ack_ns: int = T_ACK_NS) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
         self.state = Master.STOP
         self.estop = False
@@ -47,7 +48,7 @@ class MasterPart:
         self._on_emergency, self._wiring = on_emergency, wiring
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
-        periods = -(-T_ACK_NS // self.machine.period_ns) + 1
+        periods = -(-t_ack_ns // self.machine.period_ns) + 1
         self.proxies = tuple(Proxy(p, memory, periods) for p in placed)
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
