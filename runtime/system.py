@@ -7,7 +7,8 @@ them. What has nothing to do is not activated: a slave whose algorithms rest cos
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from ldc.il.areas import areas
@@ -19,7 +20,9 @@ from runtime.machine import Machine
 from runtime.master.part import MasterPart
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
-from runtime.protocol.memory import allocate, shared_size, shared_words
+from runtime.processors.invariants import Entry as Trace
+from runtime.processors.invariants import Snapshot
+from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
 from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import Entry, Thread
 from runtime.slave.algorithm import Maker
@@ -50,27 +53,35 @@ class _Slave:
 
 class System:
     """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made. ``events``:
-    what units did; ``log``: of the scheduler; both only when given. The time is that of the master's machine."""
+    what units did; ``log``: of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots,
+    accesses to shared memory, what slaves took and executed. The time is that of the master's machine."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  coordination: Coordination, field: Field, *, plant: Plant | None = None,
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
-                 events: Events | None = None,
-                 log: MutableSequence[Entry] | None = None) -> None:
+                 events: Events | None = None, log: MutableSequence[Entry] | None = None,
+                 seen: Callable[[Trace], None] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._flags = _Flags(self.shared)
         self._plant, self._plant_ns, self._plant_due = plant, plant_ns, 0
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
-        self.master = MasterPart(runner, allocate("master", self.shared), placed, coordination, note, self.now,
+        self._seen = seen
+        self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._emergency, wiring=wiring)
         self._began = self.machine.now_ns
         self._slaves: list[_Slave] = []
         for index, number in enumerate(sorted({p.slave for p in placed}), 1):
-            part = SlavePart(number, allocate(f"slave{number}", self.shared), placed, makers, field, note, self.now,
-                             scan_ns=self.machine.period_ns)
+            part = SlavePart(number, self._memory(f"slave{number}"), placed, makers, field, note, self.now,
+                             seen=seen, scan_ns=self.machine.period_ns)
             self._slaves.append(_Slave(part, index))
         self._scheduler = Scheduler([self._master_threads(), *map(self._slave_threads, self._slaves)], log)
+
+    def _memory(self, processor: str) -> Memory:
+        own = allocate(processor, self.shared)
+        if self._seen is None:
+            return own
+        return replace(own, shared=Watched(own.shared, processor, "D", True, self._seen))
 
     @property
     def slaves(self) -> tuple[SlavePart, ...]:
@@ -166,6 +177,20 @@ class System:
                 if slave.due is not None:
                     scheduler.release(slave.index, "algorithm")
         scheduler.run(now + 1)
+        if self._seen is not None:
+            self._seen(self.snapshot(now))
+
+    def snapshot(self, now: int) -> Snapshot:
+        """What there is when everything of a moment is done. ``now``: its time of the scheduler."""
+        safe, value = self.machine.safe_values(range(len(self.machine.layout.programs))), self.machine.value
+        raised = {(p.number, to_slave, slot) for p in self.slaves for to_slave in (True, False)
+                  for slot in self._flags.raised(p.number, to_slave)}
+        open_ = {(p.placed.slave, to_slave, p.placed.slot) for p in self.master.proxies
+                 for to_slave in (True, False) if not p.endpoint.idle}
+        return Snapshot(self._began + now, self.master.state, tuple(p.state for p in self.slaves),
+                        tuple(p.executing for p in self.slaves), self.master.estop,
+                        all(value(symbol) == wanted for symbol, wanted in safe), frozenset(raised),
+                        frozenset(open_))
 
 
 class _Flags:
@@ -186,6 +211,14 @@ class _Flags:
     def by_slave(self, number: int) -> bool:
         """Whether a slave has changed its flags since the call before."""
         return self._changed("s", number, self._slave[number])
+
+    def raised(self, number: int, to_slave: bool) -> list[int]:
+        """The slots of a direction of which a flag is 1: those of its sender on one side, of its receiver on the
+        other."""
+        master, slave = self._master[number].cast("I"), self._slave[number].cast("I")
+        sender, receiver = (master, slave) if to_slave else (slave, master)
+        flags = sender[0] | sender[1] | sender[6] | receiver[2] | receiver[3] | receiver[4]
+        return [slot for slot in range(32) if flags >> slot & 1]
 
     def _changed(self, side: str, number: int, view: memoryview) -> bool:
         now = view.tobytes()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +22,7 @@ from runtime.field import Field, field_size
 from runtime.machine import Machine
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
+from runtime.processors.invariants import Entry
 from runtime.slave.algorithm import makers
 from runtime.system import Events, System
 from runtime.units import UnitEvent
@@ -71,8 +72,8 @@ def placement(result: pipeline.Compiled) -> tuple[Placed, ...]:
 
 
 def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tuple[Binding, ...],
-           events: Events | None = None) -> System:
-    """The system of a compiled project around its master. Raises Invalid."""
+           events: Events | None = None, seen: Callable[[Entry], None] | None = None) -> System:
+    """The system of a compiled project around its master. ``seen``: as of ``System``. Raises Invalid."""
     algorithms, said = placement(result), together(result)
     places = points(result.program, algorithms)
     field = Field(bytearray(field_size(places)), places)
@@ -80,4 +81,4 @@ def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tu
     local = {pin.path.upper() for p in algorithms for pin in p.local}
     return System(runner, algorithms, makers(result.program, bindings), said, field, plant=plant,
                   plant_ns=said.plant.step_ns if said.plant else 1_000_000,
-                  wiring=Wiring(field, sorted(field.asked - local)), events=events)
+                  wiring=Wiring(field, sorted(field.asked - local)), events=events, seen=seen)

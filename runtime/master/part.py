@@ -31,6 +31,10 @@ T_ACK_NS = 5_000_000
 """The least time after which a slave counts as silent."""
 
 
+SLAVE_FAULTS = range(800, 900)
+"""What ``error`` of an algorithm in IL becomes by a fault, which is one of its whole slave: LD0801 is 801."""
+
+
 class MasterPart:
     """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the units
     as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when an
@@ -120,6 +124,8 @@ class MasterPart:
             if detail == "end":
                 self._request(proxy)
                 self.mail.raise_system("ALG_DONE", proxy.placed.aid)
+            if proxy.error in SLAVE_FAULTS:
+                self._slave_fault(proxy)
 
     def _end(self) -> None:
         self._tell(units.C_LOGIC)
@@ -204,6 +210,17 @@ class MasterPart:
             if proxy in life.proxies:
                 self._abort(life)
         self.mail.raise_system("P_FAULT", proxy.placed.aid | proxy.fault << 16)
+
+    def _slave_fault(self, proxy: Proxy) -> None:
+        """A slave is in `serror`: all that it executed has ended, without a word of each algorithm."""
+        for other in self.proxies:
+            if other.placed.slave == proxy.placed.slave:
+                other.give_up()
+                self._request(other)
+        for life in self.modules.lives:
+            if life.aborted and not life.held:
+                self._abort(life)
+        self.mail.raise_system("ALARM", proxy.error << 16 | proxy.placed.aid)
 
     def _abort(self, life: Life) -> None:
         if self.memory.bits.test(life.word, life.mask):

@@ -41,7 +41,7 @@ class Told(Enum):
 
 class Proxy:
     """``executing``: from START until the slave has told the end (or the master has given it up). ``state``:
-    AFS as it was told last. ``fault``: why the link stands, OK while it does not.
+    AFS as it was told last, ``error`` beside it. ``fault``: why the link stands, OK while it does not.
 
     ``blocked``: nothing is started until ``renew``, and then the power has to rise anew.
     """
@@ -58,6 +58,7 @@ class Proxy:
         self.executing = self.blocked = self._stops = False
         self.state = State.IDLE
         self.fault = Code.OK
+        self.error = 0
         self._machine: Machine | None = None
         self._read: Callable[[], Pins] = tuple
         self._outputs: dict[int, Symbol] = {}
@@ -89,7 +90,7 @@ class Proxy:
         for pid, symbol in self._outputs.items():
             value = box[pid]
             self._machine.assign(symbol, value != 0 if symbol.type == BOOL else value)
-        self.state = State(box[self.placed.feedback[-1].pid])
+        self.error, self.state = box[self.placed.feedback[-2].pid], State(box[self.placed.feedback[-1].pid])
         if self.state is State.RUNNING:
             return ""
         self._end(self.state is State.DONE)
@@ -146,6 +147,12 @@ class Proxy:
         self._open = command
         return command
 
+    def ask(self) -> None:
+        """Sends the newest values once more: a slave that is not there any more is found by its missing
+        answer."""
+        if self.executing and self._open is None and self._command is None and not self._stops:
+            self._command = Command.UPDATE
+
     def stop(self) -> None:
         """Ends the algorithm at once, and keeps it from starting until the power has risen anew."""
         self._armed = False
@@ -161,11 +168,11 @@ class Proxy:
 
     def renew(self) -> None:
         """Makes the link new and lets the algorithm be started again; by RESET its slave leaves `serror`."""
-        self.blocked, self.fault = False, Code.OK
+        self.blocked, self.fault, self.error = False, Code.OK, 0
         self.endpoint.reset()
 
     def tell_error(self, code: int) -> None:
-        """The instance tells an error of the link, as if it were fed back."""
+        """The instance tells a code of P, as if it were fed back."""
         self._machine.assign(self._outputs[self.placed.feedback[-2].pid], code)
 
     # ---- in the communication thread ---------------------------------------------------------------
