@@ -29,7 +29,7 @@ def meaning(scope: Scope, name: str) -> bytes:
     if found is None and not any(others):
         return NOTHING
     variable = None if found is None else (*_said(found[0]), found[1])
-    if found is not None and isinstance(found[0].type, Elementary) and not any(others):
+    if variable is not None and type(found[0].type) is Elementary and not any(others):
         return repr(variable).encode()  # most names, and nothing that these lead to
     starts: list[Type] = [] if found is None else [found[0].type]
     if others[1] is not None:

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from runtime.faults import Fault
-from runtime.machine import Checkpoint, Machine
+from runtime.machine import Machine
 from runtime.online import checks, findings, migrate, swap
 from runtime.online.checks import Limits
 from runtime.online.migrate import Plan
@@ -43,14 +43,12 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class Staged:
-    """A program that may take over, from ``old``; ``fresh``: its state before anything was copied into it."""
+    """A program that may take over, from ``old``, and the ways of the state to and fro."""
 
     old: Loaded
     new: Loaded
     plan: Plan
-    there: swap.Move
-    back: swap.Move
-    fresh: Checkpoint
+    moves: swap.Moves
     owner: str
 
 
@@ -78,22 +76,20 @@ def prepare(old: Loaded, new: Loaded, base: str, owner: str, limits: Limits = Li
                *checks.memory(new.machine.program, after, limits)]
     if against:
         raise findings.refused(*against)
-    return Staged(old, new, plan, swap.mover(old.machine, new.machine, plan),
-                  swap.mover(new.machine, old.machine, migrate.plan(after, before)),
-                  new.machine.checkpoint(), owner)
+    moves = swap.moves(old.machine, new.machine, plan, migrate.plan(after, before))
+    return Staged(old, new, plan, moves, owner)
 
 
 @dataclass(slots=True, eq=False)
 class Controller:
     """``running``: what executes scans now. ``note`` is told every event. ``swaps`` counts
-    how often another program began to run; ``used``: the staged one did before."""
+    how often another program began to run."""
 
     running: Loaded
     note: Callable[[Event], None] = lambda event: None
     staged: Staged | None = None
     deadline_ns: int | None = None
     swaps: int = field(default=0, init=False)
-    used: bool = field(default=False, init=False)
 
     @property
     def machine(self) -> Machine:
@@ -154,10 +150,7 @@ class Controller:
             raise findings.refused(findings.out_of_turn("test", "the test is running already",
                                                         "commit it, or end it with untest"))
         self._holds(staged.new.machine)
-        if self.used:
-            staged.new.machine.restore(staged.fresh)
-        staged.there()
-        self.used = True
+        staged.moves.there()
         self._run(staged.new)
         self.deadline_ns = self.machine.now_ns + limit_ns
         self._tell("testing", owner)
@@ -172,7 +165,7 @@ class Controller:
         """The program in test stays; the one before is gone."""
         self._testing("commit", owner)
         self.staged.old.machine.close()
-        self.staged, self.deadline_ns, self.used = None, None, False
+        self.staged, self.deadline_ns = None, None
         self._tell("committed", owner)
 
     def cancel(self, owner: str, force: bool = False) -> None:
@@ -214,14 +207,14 @@ class Controller:
     def _back(self) -> None:
         for path, *_ in self.machine.forces.lost(self.staged.old.machine):
             self._tell("unforced", self.staged.owner, f"{path} is not in the program before")
-        self.staged.back()
+        self.staged.moves.back()
         self._run(self.staged.old)
         self.deadline_ns = None
 
     def _drop(self) -> None:
         if self.staged is not None:
             self.staged.new.machine.close()
-        self.staged, self.deadline_ns, self.used = None, None, False
+        self.staged, self.deadline_ns = None, None
 
     def _run(self, program: Loaded) -> None:
         self.running = program

@@ -1,37 +1,66 @@
 """Carrying the state from one machine to another of the same engine, as a plan says (DESIGN section 7).
 
-All that can be done before is done when the change is staged; what is left for the moment between two scans
-is copying: of names in a virtual machine, of a few runs of bytes in native memory.
+What can be done before is done when the change is staged, beside the scans. In a virtual machine that is most:
+a program that does not run has the values that the running one had some time ago, and only those that are
+others now are copied between two scans. Native memory is copied as a few runs of bytes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from operator import itemgetter
+from dataclasses import dataclass
+from itertools import compress
+from operator import is_not
 
 from runtime.in_block import InBlock
-from runtime.layout import NOW, Cell, Root
+from runtime.layout import Cell, Root
 from runtime.machine import Machine
 from runtime.online.migrate import Plan
 from runtime.vm import machine as vm
 from runtime.vm import memory
+from runtime.vm.keeper import duplicate
 
 Move = Callable[[], None]
+_NEVER = object()
 
 
-def mover(old: Machine, new: Machine, plan: Plan) -> Move:
-    """Copies all that is kept from ``old`` to ``new``, and silences new edge memories. The machines are
-    of one engine. Objects (arrays, instances) belong to both afterwards; only one of them may run."""
+@dataclass(frozen=True, slots=True)
+class Moves:
+    """``there``: from the running program to the staged one, what is new in that as at its start; ``back``:
+    what both have. To be called between two scans."""
+
+    there: Move
+    back: Move
+
+
+def moves(old: Machine, new: Machine, there: Plan, back: Plan) -> Moves:
+    """Ways to and fro; ``new`` has not run, and nothing but these may write to it while it does not. The
+    machines are of one engine. Objects (arrays, instances) belong to both afterwards; only one of them may run.
+    """
     if isinstance(old, vm.Machine) and isinstance(new, vm.Machine):
-        whole = _cells(old, new, plan)
-    elif isinstance(old, InBlock) and isinstance(new, InBlock):
-        whole = _bytes(old, new, plan)
-    else:
-        raise TypeError("state moves between machines of one engine")
+        fresh = _fresh_cells(new, there)
+        to, fro = _Cells(old, new, there), _Cells(new, old, back)
+        to.mirror(fro)
+        fro.mirror(to)
+        to.ahead()
+        return Moves(_move(old, new, there, to, fresh), _move(new, old, back, fro))
+    if isinstance(old, InBlock) and isinstance(new, InBlock):
+        initial = bytes(new.memory)
+
+        def fresh() -> None:
+            new.memory[:] = initial
+
+        return Moves(_move(old, new, there, _bytes(old, new, there), fresh),
+                     _move(new, old, back, _bytes(new, old, back)))
+    raise TypeError("state moves between machines of one engine")
+
+
+def _move(old: Machine, new: Machine, plan: Plan, whole: Move, fresh: Move = lambda: None) -> Move:
     parts, quiet = plan.parts, plan.quiet
 
     def move() -> None:
         old.latch()
+        fresh()
         whole()
         for was, symbol in parts:
             new.assign(symbol, old.value(was))
@@ -42,24 +71,84 @@ def mover(old: Machine, new: Machine, plan: Plan) -> Move:
     return move
 
 
-def _cells(old: vm.Machine, new: vm.Machine, plan: Plan) -> Move:
-    source, target = old.code.namespace, new.code.namespace
-    names = [(was.home.name, root.home.name) for was, root in plan.whole if _in_cells(was, root)]
-    # itemgetter gives a tuple only for several names; the time is the same in both programs anyway.
-    read = itemgetter(NOW, NOW, *(name for name, _ in names))
-    entries = (NOW, NOW, *(name for _, name in names))
-    others = [(was.home, root.home) for was, root in plan.whole if not _in_cells(was, root)]
+# ---- the virtual machine ---------------------------------------------------------------------------------
 
-    def move() -> None:
-        target.update(zip(entries, read(source), strict=True))
-        for home, to in others:
+
+class _Cells:
+    """Copies entries of one namespace to another, those that changed since both had the same.
+
+    A dictionary gives all its values in order many times faster than one by one by their names; the order is
+    that of the first entry and stays.
+    """
+
+    def __init__(self, old: vm.Machine, new: vm.Machine, plan: Plan) -> None:
+        self._source, self._target = old.code.namespace, new.code.namespace
+        cells = {root.home.name: was.home.name for was, root in plan.whole if _in_cells(was, root)}
+        self._others = [(was.home, root.home) for was, root in plan.whole if not _in_cells(was, root)]
+        first: dict[str, str] = {}
+        self._more = [(name, to) for to, name in cells.items() if first.setdefault(name, to) != to]
+        self.pairs = [(name, first[name]) for name in self._source if name in first]
+        self._names = [to for _, to in self.pairs]
+        self._kept = [name in first for name in self._source]
+        self._before: list[object] = [_NEVER] * len(self.pairs)
+        self._odd: list[int] = []
+        self._mirror: _Cells | None = None
+
+    def mirror(self, other: _Cells) -> None:
+        """``other`` goes the other way: when it has copied, both sides have the same, except for what does not
+        go there and back between the same two names."""
+        self._mirror = other
+        known = {(name, to) for to, name in other.pairs}
+        self._odd = [number for number, pair in enumerate(self.pairs) if pair not in known]
+
+    def ahead(self) -> None:
+        """Copies all, while the source runs and the target does not."""
+        self._before = self._values()
+        self._target.update(zip(self._names, self._before))
+
+    def __call__(self) -> None:
+        source, target = self._source, self._target
+        now = self._values()
+        changed = list(map(is_not, now, self._before))
+        target.update(zip(compress(self._names, changed), compress(now, changed)))
+        for name, to in self._more:
+            target[to] = source[name]
+        for home, to in self._others:
             memory.write(target, to, memory.read(source, home))
+        self._mirror.same()
 
-    return move
+    def same(self) -> None:
+        """Both sides have the same now, and the source runs from now on."""
+        self._before = self._values()
+        for number in self._odd:
+            self._before[number] = _NEVER
+
+    def _values(self) -> list[object]:
+        return list(compress(self._source.values(), self._kept))
 
 
 def _in_cells(old: Root, new: Root) -> bool:
     return isinstance(old.home, Cell) and isinstance(new.home, Cell)
+
+
+def _fresh_cells(new: vm.Machine, plan: Plan) -> Move:
+    """Puts what is not copied whole back to what it is now."""
+    namespace = new.code.namespace
+    copied = {root.home.name for was, root in plan.whole if _in_cells(was, root)}
+    names = {root.home.name for root in new.layout.roots()} - copied
+    kept = [(name, duplicate(namespace[name])) for name in names]
+
+    def fresh() -> None:
+        for name, value in kept:
+            if isinstance(value, bytearray):
+                namespace[name][:] = value  # views look into it
+            else:
+                namespace[name] = duplicate(value)
+
+    return fresh
+
+
+# ---- native memory ---------------------------------------------------------------------------------------
 
 
 def _bytes(old: InBlock, new: InBlock, plan: Plan) -> Move:
