@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import replace
 
 import pytest
 
 from ldc.il.areas import PAGE, PROCESSORS, SLAVES, areas, shared_range, slips
+from ldc.il.coordination import Module, Parameter, placed_modules
+from ldc.types import REAL
+from runtime.master.frames import buffer, room
+from runtime.protocol.envelope import Command, Envelope, decode, encode, head
+from runtime.protocol.profile import channel
 
 
 def test_the_table_is_sound() -> None:
@@ -28,6 +34,26 @@ def test_constants_of_table_1_of_the_paper_lie_in_their_areas(constant: int, are
 
 def test_parameter_ids_of_table_1_are_elements_of_the_data_of_algorithms() -> None:
     assert all(areas()["AD"].window(4 * pid) == 1 for pid in range(1, 10))
+
+
+def test_the_row_of_the_binocular_robot_can_be_used_as_it_is_printed() -> None:
+    """MSF 0x400 and MDA 0x600 are the start bit and the first parameter of module 0, AF 0x14A asks for an
+    algorithm, ADA 0x1F4000 is slot 0 of slave 1, and an envelope takes AID 0x02000001 with its 9 parameters."""
+    parameter = Parameter("theta", "eyes.theta", REAL, "<f", 0)
+    ((first,),) = [m.parameters for m in placed_modules((Module(0, "eyes", None, None, (parameter,)),))]
+    assert first.address == 0x600 and areas()["LCF"].base == 0x400
+    assert 0 <= 0x14A - areas()["AFR"].base < areas()["AFR"].size
+    slot = channel(1, True, 0)
+    assert slot.slot == 0x1F4000
+    adata = b"".join(struct.pack("<If", pid, pid / 4) for pid in range(1, 10))
+    frame = encode(Envelope(1, 0x02000001, Command.START, 0, adata))
+    assert len(frame) <= slot.size and decode(head(frame), frame).aid == 0x02000001
+
+
+def test_the_customised_program_has_flags_of_its_own_words_and_room_for_two_buffers() -> None:
+    flags, data = areas()["ACPF"], areas()["ACPDD"]
+    assert flags.base % 32 == 0 and flags.size == 64
+    assert buffer(0) + room() <= buffer(1) and buffer(1) + room() <= data.base + data.size
 
 
 def test_windows_of_slaves() -> None:

@@ -41,12 +41,12 @@ class Messages:
     """The messages of a program over the memory of its master. ``messages``: those of the system first, each
     class in ascending order."""
 
-    __slots__ = ("_memory", "_flags", "_rows", "_alarm")
+    __slots__ = ("_memory", "_flags", "_none", "_rows", "_alarm")
 
     def __init__(self, memory: Memory, messages: Iterable[Message]) -> None:
         self._memory = memory
         area = areas()["MSGF"]
-        self._flags = tuple(range(area.base // 8, (area.base + area.size) // 8, 4))
+        self._flags, self._none = area.base // 8, bytes(area.size // 8)
         self._rows = tuple((m, *bit(m.flag), Struct(m.form) if m.form else None) for m in messages)
         self._alarm = next((m for m, *_ in self._rows if m.system and m.name == "ALARM"), None)
 
@@ -82,7 +82,7 @@ class Messages:
     def handle(self, call: Call) -> int:
         """C.MSG: calls every subscriber of every message that waits, in order; how many messages those were."""
         memory = self._memory
-        if not any(memory.bits.load(word) for word in self._flags):
+        if memory.bits.read(self._flags, len(self._none)) == self._none:
             return 0
         taken = [(message, word, mask, self._take(message, form))
                  for message, word, mask, form in self._rows if memory.bits.test(word, mask)]
