@@ -12,7 +12,7 @@ BEHIND = {"communication", "customised"}
 
 @dataclass
 class Spec:
-    """A thread: an execution first raises ``raises`` (processor, name), then costs ``costs``, piece by piece."""
+    """A thread: an execution raises ``raises`` (processor, name), then costs ``costs``, piece by piece."""
 
     name: str
     kind: str
@@ -63,6 +63,7 @@ class Model:
             thread.released = since
 
     def raise_event(self, at: int, name: str) -> None:
+        self.pieces_end()
         thread = next(t for t in self.processors[at] if t.spec.name == name)
         if not thread.active:
             self.activate(thread, self.now)
@@ -103,13 +104,16 @@ class Model:
                     if follower.left > 0 and not follower.active:
                         self.activate(follower, self.now)
 
+    def pieces_end(self) -> None:
+        for at, until in enumerate(self.until):
+            if until == self.now:
+                self.until[at] = None
+                if not self.last[at].rest:
+                    self.ended(at, self.last[at])
+
     def run(self, until: int) -> None:
         while self.now < until:
-            for at, threads in enumerate(self.processors):
-                if self.until[at] == self.now:
-                    self.until[at] = None
-                    if not self.last[at].rest:
-                        self.ended(at, self.last[at])
+            self.pieces_end()
             for at, threads in enumerate(self.processors):
                 for thread in sorted(threads, key=lambda t: (t.spec.period or 1 << 60, t.number)):
                     if thread.due == self.now:

@@ -14,7 +14,8 @@ from runtime.machine import Machine
 from runtime.scheduler.report import COLUMNS, Row
 from runtime.timing import Timing
 
-_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "lost", "preempted", "load %")
+_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "lost", "preempted",
+           "load %")
 
 
 def cost_of(manifest: Manifest | None) -> Cost | None:
@@ -41,7 +42,7 @@ def timing_of(machine: Machine, manifest: Manifest, cost: Cost) -> Timing:
 
 
 def tell(found: Sequence[Row], target: str | None) -> None:
-    """A table to standard error, and the same as CSV to a file (`-`: standard output) when one is asked for."""
+    """A table to standard error, and the same as CSV to a file (`-`: standard output) when asked for."""
     several = len({row.processor for row in found}) > 1
     lines = [_TITLES]
     for row in found:

@@ -31,7 +31,10 @@ COLUMNS = tuple(field.name for field in fields(Row))
 
 def rows(processor: str, threads: Iterable[Thread], elapsed_ns: int) -> tuple[Row, ...]:
     """The threads of a processor over ``elapsed_ns`` of virtual time."""
+    def share(busy: int) -> float:
+        return round(100 * busy / elapsed_ns, 3) if elapsed_ns else 0.0
+
     return tuple(
         Row(processor, thread.name, c.executions, c.worst / 1000, round(c.mean / 1000, 3), c.jitter / 1000,
-            c.overruns, c.missed, c.lost, c.preemptions, round(100 * c.busy / elapsed_ns, 3) if elapsed_ns else 0.0)
+            c.overruns, c.missed, c.lost, c.preemptions, share(c.busy))
         for thread in threads for c in (thread.counts,))

@@ -1,8 +1,9 @@
 """The scheduler: several processors on one line of virtual time, four levels each (SPEC 6.1, rules R1 to R4).
 
 Pure: it knows no clock, only the times that ``run`` is given; the same threads and events give the same log.
-Things of one instant go in this order: pieces end, periods begin, then the processors take turns by index, each
-until it is busy or has nothing to do. Two threads that cost nothing and raise each other for ever let no time go by.
+Things of one instant go in this order: pieces end, periods begin, then the processors take turns by index,
+each until it is busy or has nothing to do. Two threads that cost nothing and raise each other for ever let no
+time go by.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _END, _PERIOD = 0, 1
 @dataclass(slots=True, eq=False)
 class _Processor:
     """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
-    that it pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread after which ``customised`` go on."""
+    that it pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread that ``customised`` follow."""
 
     index: int
     threads: dict[str, Thread]
@@ -80,6 +81,7 @@ class Scheduler:
         and counted. Raises KeyError, and ValueError for a customised thread."""
         on = self._processors[processor]
         wanted = on.threads[thread]
+        self._end_pieces()
         if wanted.kind == "customised":
             raise ValueError(f"thread {thread} follows the scan, it takes no events")
         if not wanted.active:
@@ -94,6 +96,7 @@ class Scheduler:
         """What a period does, for threads whose periods somebody else counts: activates the thread, or notes
         that it missed a period. Raises KeyError."""
         on = self._processors[processor]
+        self._end_pieces()
         self._released(on, on.threads[thread])
 
     def _released(self, on: _Processor, thread: Thread) -> None:
@@ -133,22 +136,15 @@ class Scheduler:
                     break
                 self.now_ns = agenda[0][0]
             now = self.now_ns
+            self._end_pieces()
             while agenda and agenda[0][0] == now:
-                item = agenda[0]
-                on = item[5]
-                if item[1] == _PERIOD:
-                    thread = item[4]
-                    thread.due = now + thread.period_ns
-                    heapreplace(agenda, (thread.due, _PERIOD, item[2], item[3], thread, on))
-                    if thread.active:
-                        self._released(on, thread)
-                    else:
-                        self._activate(on, thread, now)
+                _, _, index, number, thread, on = agenda[0]
+                thread.due = now + thread.period_ns
+                heapreplace(agenda, (thread.due, _PERIOD, index, number, thread, on))
+                if thread.active:
+                    self._released(on, thread)
                 else:
-                    heappop(agenda)
-                    on.busy = False
-                    self._turns |= 1 << on.index
-                    self._end_if_through(on)
+                    self._activate(on, thread, now)
             while self._turns:
                 lowest = self._turns & -self._turns
                 self._turns ^= lowest
@@ -156,6 +152,15 @@ class Scheduler:
                 if not on.busy:
                     self._turn(on)
         self.now_ns = max(self.now_ns, until_ns)
+
+    def _end_pieces(self) -> None:
+        """The pieces that are over now."""
+        agenda = self._agenda
+        while agenda and agenda[0][0] == self.now_ns and agenda[0][1] == _END:
+            on = heappop(agenda)[5]
+            on.busy = False
+            self._turns |= 1 << on.index
+            self._end_if_through(on)
 
     def _turn(self, on: _Processor) -> None:
         """The processor goes on until it is busy or has nothing to do."""

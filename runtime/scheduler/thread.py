@@ -64,9 +64,10 @@ class Thread:
     """One thread of one processor.
 
     ``period_ns``: time between two activations, the first at ``offset_ns``; None: by events, by ``release``,
-    or, when it is customised, after each scan of the processor's first control thread. ``budget_ns``: the most
-    that a customised thread gets per scan (it never gets more than 30 % of the slack). ``priority``: inside of
-    the level, 0 is the most urgent; a thread of higher priority pre-empts one of lower priority as one of another level does.
+    or, when it is customised, after each scan of the processor's first control thread. ``budget_ns``: the
+    most that a customised thread gets per scan (it never gets more than 30 % of the slack). ``priority``:
+    inside of the level, 0 is the most urgent; one of higher priority pre-empts one of lower priority as threads
+    of different levels do.
     ``on_watchdog``: called with the time when the watchdog comes (rule R3).
     Raises ValueError for a kind, a time or a priority that is none.
     """
