@@ -147,12 +147,6 @@ class Proxy:
         self._open = command
         return command
 
-    def ask(self) -> None:
-        """Sends the newest values once more: a slave that is not there any more is found by its missing
-        answer."""
-        if self.executing and self._open is None and self._command is None and not self._stops:
-            self._command = Command.UPDATE
-
     def stop(self) -> None:
         """Ends the algorithm at once, and keeps it from starting until the power has risen anew."""
         self._armed = False
