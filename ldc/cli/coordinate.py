@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from math import gcd
 from pathlib import Path
 
 from ldc import pipeline
 from ldc.cli.coordinate_findings import Findings
 from ldc.coordination import MessageSetting, PlantSetting, StepSetting, SubscriberSetting
 from ldc.diagnostics import Diagnostics, Invalid
+from ldc.durations import duration_text
 from ldc.il.coordination import (
     SYSTEM_MESSAGES, Coordination, Full, Message, Module, Parameter, Plant, Sequence, Step, Subscriber,
     form, placed_messages, placed_modules, system_messages)
@@ -274,10 +276,23 @@ class _Check:
                                   f"no VAR_INPUT of `{module.name}` that it can be",
                                   "declare a VAR_INPUT of type BOOL; to start the module leave `flag` out")
             return None
+        if label := self._misses_scans(module):
+            self.findings.misses_scans(self.span(*key), message.name, module.name, label)
         if (other := self.taken.setdefault(pin.path, message.name)) != message.name:
             self.findings.bad_message(self.span(*key), message.name, f"message `{other}` sets this flag too",
                                       "give each message a flag of its own: one would hide the other")
         return pin.path
+
+    def _misses_scans(self, module: Module) -> str:
+        """Why the module does not execute in every scan, or nothing. A flag is TRUE for one scan alone."""
+        run = next(run for run in self.resource.runs if run.pou == module.name.upper())
+        task = next(task for task in self.resource.tasks if task.name == run.task)
+        period = self.manifest.period or gcd(*(t.interval for t in self.resource.tasks if t.interval))
+        if task.single is not None:
+            return f"task `{task.name}` runs it at the edge of SINGLE"
+        if task.interval and task.interval > period:
+            return f"task `{task.name}` runs it every {duration_text(task.interval)}, a scan is {duration_text(period)}"
+        return ""
 
     def _data(self, message: MessageSetting, setting: SubscriberSetting, module: Module, type_: Type | None
               ) -> str | None:
