@@ -123,7 +123,7 @@ def _run(commands) -> None:
     parser = _command(
         commands,
         "run",
-        "run a program in virtual time",
+        "run a program, in virtual time or in real time",
         "  ldc run main.ld --scans 20\n"
         "  ldc run . --for 2s --period 10ms --watch motor,warm.Q\n"
         "  ldc run . --inputs inputs.csv --trace trace.csv",
@@ -155,6 +155,13 @@ def _run(commands) -> None:
     )
     parser.add_argument(
         "--events", metavar="OUT.csv", help="write what master and slaves do: C.START, A.EXEC, ...; - is stdout"
+    )
+    parser.add_argument(
+        "--realtime", action="store_true",
+        help="scans at their time, each slave in a process of its own; tells how late they were",
+    )
+    parser.add_argument(
+        "--plot", metavar="OUT.svg", help="with --realtime: the lateness of each processor as a picture (.svg, .png)"
     )
     _beside(parser)
     parser.add_argument(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -58,12 +59,23 @@ def run(options: argparse.Namespace) -> int:
         return sanitized.run(options.arguments, result)
     bindings = native_code(result)
     # A crash ends the process that writes: files are given their names, or taken away, by this one.
-    with _opened(options.trace) as file, _opened(options.events) as events:
+    with _opened(options.trace) as file, _opened(options.events) as events, _interrupts(options):
         return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file, bindings, events))
 
 
 def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
     return nullcontext() if target in (None, "-") else replacing(Path(target))
+
+
+@contextmanager
+def _interrupts(options: argparse.Namespace) -> Iterator[None]:
+    """In real time an interrupt from the keyboard is left to the process that scans: it ends the others."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if options.realtime else None
+    try:
+        yield
+    finally:
+        if options.realtime:
+            signal.signal(signal.SIGINT, before)
 
 
 def _check_options(options: argparse.Namespace) -> None:
@@ -78,8 +90,12 @@ def _check_options(options: argparse.Namespace) -> None:
     alone = [name for name, value in given.items() if value and not options.online]
     if alone:
         raise UsageError(f"{alone[0]} goes with --online")
-    if options.timing and (options.online or options.target):
-        raise UsageError("--timing tells of virtual time, which neither --online nor a --target has")
+    if options.timing and (options.online or options.target or options.realtime):
+        raise UsageError("--timing tells of virtual time, which neither --online, --realtime nor a --target has")
+    if options.realtime and (options.online or options.target):
+        raise UsageError("--realtime runs on this computer, and without --online, which keeps time by itself")
+    if options.plot and not options.realtime:
+        raise UsageError("--plot goes with --realtime")
 
 
 def _stepped(options: argparse.Namespace, sources: Sources) -> bool:
@@ -104,7 +120,11 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     if options.timing and cost is None:
         raise UsageError("--timing needs a table [cost] in ldc.toml: without one nothing takes time")
     machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)
-    if _is_system(result) or options.events:
+    if options.realtime:
+        from ldc.cli import run_realtime  # loads what a run in virtual time does not need
+
+        return run_realtime.run(options, sources, result, machine, beat, file, bindings, events)
+    if is_system(result) or options.events:
         return _run_system(options, sources, result, machine, beat, file, bindings, events)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
@@ -128,7 +148,7 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
-def _is_system(result: pipeline.Compiled) -> bool:
+def is_system(result: pipeline.Compiled) -> bool:
     """Whether a project needs more than a machine to run; otherwise it is executed as it always was."""
     manifest = result.sources.manifest
     return bool(result.program.algorithms) or manifest is not None and bool(manifest.coordination)

@@ -1,0 +1,1 @@
+"""Processors in real time, each in a process of its own over memory that all share (docs/realtime.md)."""

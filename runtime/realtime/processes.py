@@ -1,0 +1,116 @@
+"""Processes of a run in real time: made, given a processor of the computer and priority, and ended.
+
+A child ends with its parent: the kernel sends SIGKILL when the parent dies, whatever it died of.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+PRIORITY = 50
+"""Of SCHED_FIFO, 1 .. 99: above ordinary processes, below the interrupt threads of most kernels."""
+
+_PR_SET_PDEATHSIG = 1
+_DENIED = "not allowed"
+
+
+@dataclass(slots=True)
+class Child:
+    """``status``: as ``os.waitstatus_to_exitcode`` tells it, None while the process runs."""
+
+    name: str
+    pid: int
+    status: int | None = None
+
+    def look(self) -> int | None:
+        """Its status when it has ended."""
+        if self.status is None:
+            done, status = os.waitpid(self.pid, os.WNOHANG)
+            if done:
+                self.status = os.waitstatus_to_exitcode(status)
+        return self.status
+
+    @property
+    def end(self) -> str:
+        """How it ended, in words."""
+        if self.status is not None and self.status < 0:
+            return f"was ended by {signal.Signals(-self.status).name}"
+        return f"ended with status {self.status}"
+
+
+def start(name: str, work: Callable[[], int]) -> Child:
+    """A process that does the work and ends with its status, 3 when it raises. It is forked: no other thread may
+    run. An interrupt from the keyboard is left to the parent."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    parent = os.getpid()
+    pid = os.fork()
+    if pid:
+        return Child(name, pid)
+    status = 3
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+        if os.getppid() == parent:  # else it has died already, and nobody tells
+            status = work()
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def finish(children: Sequence[Child], seconds: float = 1.0) -> None:
+    """Waits for processes that were told to end, and ends those that do not."""
+    end = time.monotonic() + seconds
+    while any(child.look() is None for child in children) and time.monotonic() < end:
+        time.sleep(0.005)
+    for child in children:
+        if child.status is None:
+            os.kill(child.pid, signal.SIGKILL)
+            child.status = os.waitstatus_to_exitcode(os.waitpid(child.pid, 0)[1])
+
+
+def cpus(count: int) -> list[int | None]:
+    """A processor of the computer for each of some processes, the first for the first, the others share the rest;
+    None when there is only one."""
+    free = sorted(os.sched_getaffinity(0))
+    if len(free) == 1:
+        return [None] * count
+    rest = free[1:]
+    return [free[0], *(rest[n % len(rest)] for n in range(count - 1))][:count]
+
+
+def claim(cpu: int | None) -> list[str]:
+    """Takes a processor of the computer and SCHED_FIFO for this process. What was refused, in words."""
+    gc.collect()
+    gc.freeze()  # what is there stays: it need not be looked through again and again
+    refused = []
+    if cpu is None:
+        refused.append("pinning: there is one CPU")
+    else:
+        try:
+            os.sched_setaffinity(0, {cpu})
+        except OSError:
+            refused.append(f"pinning to CPU {cpu}: {_DENIED}")
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except OSError:
+        refused.append(f"SCHED_FIFO: {_DENIED} (CAP_SYS_NICE, or a limit `rtprio`)")
+    return refused
+
+
+def give_back(affinity: set[int]) -> None:
+    """This process is an ordinary one again."""
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    os.sched_setaffinity(0, affinity)
+    gc.unfreeze()

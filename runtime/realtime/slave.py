@@ -1,0 +1,45 @@
+"""Slaves and the plant in real time: what their processes do, period by period, until the master ends the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from math import gcd
+
+from ldc.il.placement import Placed
+from runtime.realtime.board import Board
+from runtime.realtime.pace import Pace
+from runtime.slave.part import SlavePart
+
+POLL_NS = 1_000_000
+"""The time between two looks at transfers, at most (SPEC 6.1)."""
+
+
+def slave_period(placed: Iterable[Placed], slave: int) -> int:
+    """In ns: the greatest that all algorithms of a slave are executed in time with, and that of the looks at
+    transfers at most."""
+    return gcd(POLL_NS, *(p.period_ns for p in placed if p.slave == slave))
+
+
+def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> int:
+    """Emergency before communication before algorithms, as their levels are. ``number``: of the process."""
+    emergencies = board.emergencies
+    while not board.stopping:
+        pace.wait()
+        if board.emergencies != emergencies:
+            emergencies = board.emergencies
+            part.emergency()
+        part.communicate()
+        if part.execute():
+            part.communicate()
+        board.beat(number)
+    return 0
+
+
+def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> int:
+    """Steps of the plant at their time; those that were missed are made up for, because nature waits for nobody."""
+    while not board.stopping:
+        missed = pace.wait()
+        for late in range(missed, -1, -1):
+            step(pace.now_ns - late * pace.period_ns, pace.period_ns)
+        board.beat(number)
+    return 0
