@@ -82,7 +82,8 @@ def _check_options(options: argparse.Namespace) -> None:
     """Raises UsageError for options that mean nothing together."""
     if options.online and options.target:
         raise UsageError("--online changes a program on this computer, not on a --target")
-    beside = {"--retain": options.retain, "--force": options.force, "--ring": options.ring}
+    beside = {"--retain": options.retain, "--start": options.start, "--force": options.force,
+              "--ring": options.ring}
     for name, value in beside.items():
         if value and options.target:
             raise UsageError(f"{name} is for a run on this computer, not on a --target")
