@@ -235,12 +235,17 @@ class Machine:
         self._execute(schedule)
         yield 0
 
-    def end(self) -> None:
-        """The last part of a scan."""
+    def settle(self) -> None:
+        """What holds after the code of a scan: safe values of outputs of tasks that were stopped, forces."""
         for symbol, value in self._safe:
             self.assign(symbol, value)
         if self.forces.rows:
             self.forces.hold()
+
+    def end(self) -> None:
+        """The last part of a scan."""
+        if self._safe or self.forces.rows:
+            self.settle()
         if not self.scans:
             self._first_scan_done()
         self.scans += 1
