@@ -55,7 +55,7 @@ DIVIDER = """\
 name = "DIVIDER"
 id = "test.divider"
 [requires]
-inputs = [{ name = "by", type = "DINT" }]
+inputs = [{ name = "share", type = "DINT" }]
 [provides]
 outputs = [{ name = "count", type = "DINT" }, { name = "part", type = "DINT" }]
 [function]

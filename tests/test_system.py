@@ -53,3 +53,135 @@ def test_vm_and_native_and_another_run_give_the_same(tmp_path: Path) -> None:
     assert runs[0].events == runs[1].events == runs[2].events
     assert runs[0].trace == runs[1].trace == runs[2].trace
     assert runs[0].rows[-1][2] == 10.0
+
+
+@ENGINES
+def test_an_emergency_ends_everything_within_a_period_and_a_reset_leads_back(tmp_path: Path, engine: str) -> None:
+    run = Run(modules(tmp_path, ONE), engine, WATCH).scans(2).scans(8, go=True)
+    assert run.get("%QX0.1") and run.system.slaves[0].executing
+    moved = run.get("first.axis.position")
+    run.scans(1, estop=True)
+    assert run.system.master.state is Master.ERROR
+    assert [slave.state for slave in run.system.slaves] == [Slave.ERROR, Slave.ERROR]
+    assert not run.get("%QX0.1") and not run.system.slaves[0].executing
+    run.scans(5, reset=True).scans(2, reset=False)
+    assert run.system.master.state is Master.ERROR, "not while the emergency lasts"
+    run.scans(5, estop=False)
+    assert run.system.master.state is Master.ERROR and not run.get("%QX0.1")
+    assert [slave.state for slave in run.system.slaves] == [Slave.ERROR, Slave.ERROR]
+    assert run.get("first.axis.position") == pytest.approx(moved, abs=2.0)
+    run.scans(1, reset=True, go=False)
+    assert run.system.master.state is Master.STOP
+    run.scans(3, reset=False)
+    assert [slave.state for slave in run.system.slaves] == [Slave.STOP, Slave.STOP]
+    run.scans(100, through, go=True)
+    assert run.get("second.axis.position") == 10.0
+    assert run.violations == []
+
+
+@ENGINES
+def test_a_slave_that_does_not_answer_ends_its_module_and_no_other(tmp_path: Path, engine: str) -> None:
+    """T_ack, retries, P_FAULT; outputs of that module safe; the others run on; a reset leads back."""
+    toml = ('[sequence]\nrepeat = false\nstart = "go"\nsteps = ["first"]\n'
+            '[messages.half]\nfrom = "first.half"\nto = ["second"]\n'
+            '[messages.P_FAULT]\nclass = "system"\nto = [{ module = "third", flag = "fault", data = "what" }]\n'
+            '[safe]\n"%QX0.1" = true\n' + SAFETY)
+    folder = modules(tmp_path, toml, slaves=3)
+    third = folder / "third.ld"
+    third.write_text(third.read_text().replace(
+        "target : REAL := 10.0;", "target : REAL := 10.0; fault : BOOL; what : UDINT;").replace(
+        "    arrived : BOOL;", "    arrived : BOOL;\n    faults  : CTU;").replace(
+        "RUNG move", "RUNG count\n    [fault] <faults: CTU(PV := 100)>\n\nRUNG move"))
+    run = Run(folder, engine)
+    silent = run.system.slaves[0]
+    run.scans(2).scans(8, go=True)
+    assert silent.state is Slave.RUN
+    silent.communicate, silent.execute = (lambda: False), (lambda: None)
+    run.scans(40, lambda r: (C_END, 0, "abort") in r.units(C_END))
+    run.scans(40)
+    assert sorted(run.units(C_END)) == [(C_END, 0, "abort"), (C_END, 1, "")]
+    assert run.get("first.axis.error") == Code.SILENT and run.get("%QX0.1") is True
+    assert not run.get("first.start")
+    assert run.get("second.axis.position") == 10.0
+    run.scans(3)
+    assert run.get("third.faults.CV") == 1 and run.get("third.what") == Code.SILENT << 16 | 1
+    assert run.units(C_SEND)[-1][0] == C_SEND
+    assert not run.machine.faults
+
+
+def test_an_error_of_an_algorithm_is_told_and_ends_it(tmp_path: Path) -> None:
+    run = Run(modules(tmp_path, ONE)).scans(2)
+    run.machine.set("first.target", 66.0)
+    run.scans(10, go=True)
+    assert run.get("first.axis.error") == 42
+    assert (A_END, 1, "") in run.units(A_END) and run.units(A_START) == [(A_START, 1, "")]
+    assert run.system.slaves[0].state is Slave.STOP and run.system.master.state is Master.RUN
+    assert run.violations == []
+
+
+def test_what_is_out_of_range_is_neither_started_nor_sent(tmp_path: Path) -> None:
+    run = Run(modules(tmp_path, ONE)).scans(2)
+    run.machine.set("first.target", 1000.0)
+    run.scans(10, go=True)
+    assert run.get("first.axis.error") == 7 and run.units(C_SEND) == []
+    run.machine.set("first.target", 10.0)
+    run.scans(5)
+    assert run.units(C_SEND) == [(C_SEND, 1, "START")] and run.get("first.axis.error") == 0
+    run.machine.set("first.target", 1000.0)
+    before = run.get("first.axis.position")
+    run.scans(3)
+    assert run.get("first.axis.error") == 7 and run.units(C_SEND) == [(C_SEND, 1, "START")]
+    assert run.get("first.axis.position") > before, "it goes on with what it was given before"
+    run.machine.set("first.target", 8.0)
+    run.scans(20, through_first)
+    assert run.get("first.axis.position") == 8.0
+    assert run.violations == []
+
+
+def through_first(run: Run) -> bool:
+    return run.units(C_END) != []
+
+
+def test_a_fault_of_il_on_a_slave_ends_all_that_it_executes(tmp_path: Path) -> None:
+    """The slave is in `serror`; the module of the other algorithm, which was not told, stands too."""
+    folder = modules(tmp_path, '[safety]\nreset = "reset"\n', slaves=1)
+    (folder / "divider.ldc.toml").write_text(systems.DIVIDER)
+    (folder / "divider.st").write_text("FUNCTION_BLOCK DIVIDER\npart := 100 / share; count := count + 1;\nEND_FUNCTION_BLOCK\n")
+    (folder / "ldc.toml").write_text((folder / "ldc.toml").read_text().replace('"first"]', '"first", "parts"]'))
+    (folder / "parts.ld").write_text(
+        "PROGRAM parts\nVAR\n    share : DINT := 5;\n    one : DIVIDER;\n    lamp AT %QX1.0 : BOOL;\nEND_VAR\n"
+        "VAR_EXTERNAL\n    go : BOOL;\nEND_VAR\nRUNG\n    [go] <one: DIVIDER(share := share)> (lamp)\nEND_PROGRAM\n")
+    first = folder / "first.ld"
+    first.write_text(first.read_text().replace("VAR\n    valve", "VAR_EXTERNAL\n    go : BOOL;\nEND_VAR\nVAR\n    valve")
+                     .replace("[start]", "[go]").replace("[/start]", "[/go]").replace("    start  : BOOL;\n", ""))
+    run = Run(folder).scans(2).scans(5, go=True)
+    assert run.get("parts.one.part") == 20 and run.get("%QX1.0") and run.system.slaves[0].executing == 0b11
+    run.machine.set("parts.share", 0)
+    run.scans(3)
+    assert run.get("parts.one.error") == 801 and [f.code for f in run.system.faults] == ["LD0801"]
+    assert run.system.slaves[0].state is Slave.ERROR and run.system.slaves[0].executing == 0
+    assert not run.get("%QX1.0") and not run.get("%QX0.1")
+    run.machine.set("parts.share", 4)
+    run.scans(3)
+    assert run.system.slaves[0].state is Slave.ERROR
+    run.scans(2, go=False).scans(2, reset=True).scans(5, go=True, reset=False)
+    assert run.get("parts.one.part") == 25 and run.get("parts.one.error") == 0
+    assert run.get("%QX1.0") and run.system.slaves[0].executing == 0b11
+    assert run.violations == []
+
+
+def test_four_slaves_at_once(tmp_path: Path) -> None:
+    toml = "".join(f'[messages.go{n}]\nfrom = "go"\nto = ["{name}"]\n'
+                   for n, name in enumerate(("first", "second", "third", "fourth")))
+    run = Run(modules(tmp_path, toml, slaves=4)).scans(2).scans(5, go=True)
+    assert [slave.state for slave in run.system.slaves] == [Slave.RUN] * 4
+    run.scans(100, lambda r: len(r.units(C_END)) == 4)
+    assert [run.get(f"{n}.axis.position") for n in ("first", "second", "third", "fourth")] == [10.0] * 4
+    assert len(run.units(A_EXEC)) > 4 * 90 and run.units(C_START) == [(C_START, n, "") for n in range(4)]
+    assert run.system.master.state is Master.STOP
+    assert run.violations == []
+
+
+def test_feedback_is_not_more_frequent_than_the_scan(tmp_path: Path) -> None:
+    run = Run(modules(tmp_path, ONE)).scans(2).scans(9, go=True)
+    assert 6 <= len(run.units(C_FEEDBACK)) <= 9

@@ -1,9 +1,9 @@
 """The customised program as frames of words (SPEC 4): what is in a buffer of ACPDD, and which step comes next
 when another program takes its place.
 
-A buffer: generation, number of steps, words of frames, CRC of all of that but itself; then the frames: module |
-parameters << 8 | when << 16 | until << 24, and for each parameter its address in LCD | words << 16 and the words
-themselves. ``when`` and ``until`` are places in the table of conditions, from 1; 0: none.
+A buffer: generation, number of steps, words of frames, CRC of all of that but itself; then the frames: module
+| parameters << 8 | when << 16 | until << 24, and for each parameter its address in LCD | words << 16 and the
+words themselves. ``when`` and ``until`` are places in the table of conditions, from 1; 0: none.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class TooLong(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """``when``, ``until``: numbers of conditions, 0: none. ``parameters``: addresses in LCD with their words."""
+    """``when``, ``until``: numbers of conditions, 0: none. ``parameters``: addresses in LCD with their
+    words."""
 
     module: int
     when: int

@@ -5,8 +5,9 @@ and in MSGD a word of state a message (how many wait, which is the oldest, what 
 data that wait behind it. Nothing else is remembered, so a program may be changed between two scans.
 
 A broadcast (C.BCAST) writes data, then state, then the flag. Handling (C.MSG), once a scan after the logic,
-takes the oldest broadcast of every message that waits when it begins: what a subscriber broadcasts meanwhile is
-handled in the next scan. One of each message, since a flag that a subscriber sees is TRUE for one execution.
+takes the oldest broadcast of every message that waits when it begins: what a subscriber broadcasts meanwhile
+is handled in the next scan. One of each message, since a flag that a subscriber sees is TRUE for one
+execution.
 """
 
 from __future__ import annotations
@@ -80,7 +81,8 @@ class Messages:
         return outcome
 
     def handle(self, call: Call) -> int:
-        """C.MSG: calls every subscriber of every message that waits, in order; how many messages those were."""
+        """C.MSG: calls every subscriber of every message that waits, in order; how many messages those
+        were."""
         memory = self._memory
         if memory.bits.read(self._flags, len(self._none)) == self._none:
             return 0

@@ -22,8 +22,8 @@ from runtime.symbols import Symbol
 @dataclass(slots=True, eq=False)
 class Life:
     """A module at work. ``word``, ``mask``: its start bit. ``runs``: its program instances, by number.
-    ``parameters``: form and variable by address in LCD. ``held``: outputs and the safe values that they keep
-    while the module stands after a fault."""
+    ``parameters``: form and variable by address in LCD. ``stands``: after a fault, so that it cannot be
+    started and its outputs keep their safe values, ``held``."""
 
     module: Module
     word: int
@@ -32,16 +32,13 @@ class Life:
     start: Symbol | None = None
     runs: tuple[int, ...] = ()
     parameters: dict[int, tuple[str, Symbol]] = field(default_factory=dict)
+    stands: bool = False
     held: list[tuple[Symbol, object]] = field(default_factory=list)
 
     @property
     def executes(self) -> bool:
         """At least one algorithm of it executes."""
         return any(proxy.executing for proxy in self.proxies)
-
-    @property
-    def aborted(self) -> bool:
-        return any(proxy.blocked for proxy in self.proxies)
 
 
 class Modules:
@@ -91,7 +88,7 @@ class Modules:
     def raise_start(self, index: int) -> None:
         """Sets the start bit of a module, unless it stands after a fault."""
         life = self._by_index[index]
-        if not life.aborted:
+        if not life.stands:
             self._memory.bits.set(life.word, life.mask)
 
     def give(self, index: int, address: int) -> None:
@@ -149,12 +146,13 @@ class Modules:
         return life
 
     def hold(self, life: Life) -> None:
-        """From now on the outputs of the module have their safe values, until ``release``."""
+        """From now on the module stands and its outputs have their safe values, until ``release``."""
+        life.stands = True
         life.held = self._machine.safe_values(life.runs)
 
     def release(self) -> None:
         for life in self.lives:
-            life.held = []
+            life.stands, life.held = False, []
 
     def force(self) -> None:
         """Outputs of modules that stand get their safe values; to be called after the logic."""

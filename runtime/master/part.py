@@ -31,6 +31,9 @@ T_ACK_NS = 5_000_000
 """The least time after which a slave counts as silent."""
 
 
+QUIET_NS = 100_000_000
+"""How long an algorithm that executes may say nothing until its slave is asked whether it is there."""
+
 SLAVE_FAULTS = range(800, 900)
 """What ``error`` of an algorithm in IL becomes by a fault, which is one of its whole slave: LD0801 is 801."""
 
@@ -53,7 +56,8 @@ class MasterPart:
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
         periods = -(-t_ack_ns // self.machine.period_ns) + 1
-        self.proxies = tuple(Proxy(p, memory, periods) for p in placed)
+        quiet = max(-(-QUIET_NS // self.machine.period_ns), 2)
+        self.proxies = tuple(Proxy(p, memory, periods, quiet) for p in placed)
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
         self.customised_program: Customised | None = None
@@ -104,7 +108,7 @@ class MasterPart:
             self._wiring.before()
         self.machine.latch()
         self._look_at_safety()
-        if self.customised_program is not None and self.state is not Master.ERROR:
+        if self._sequence_goes_on:
             for event in self.customised_program.control():
                 if isinstance(event, Started):
                     for address in event.addresses:
@@ -179,8 +183,14 @@ class MasterPart:
 
     def customised(self) -> None:
         """The customised program, in the rest of a scan."""
-        if self.customised_program is not None and self.state is not Master.ERROR:
+        if self._sequence_goes_on:
             self.customised_program.execute()
+
+    @property
+    def _sequence_goes_on(self) -> bool:
+        """There is one, and nothing stands after a fault: what would be the next step is not to be had."""
+        return (self.customised_program is not None and self.state is not Master.ERROR
+                and not any(life.stands for life in self.modules.lives))
 
     # ---- communication thread --------------------------------------------------------------------
 
@@ -218,7 +228,7 @@ class MasterPart:
                 other.give_up()
                 self._request(other)
         for life in self.modules.lives:
-            if life.aborted and not life.held:
+            if not life.stands and any(proxy.blocked for proxy in life.proxies):
                 self._abort(life)
         self.mail.raise_system("ALARM", proxy.error << 16 | proxy.placed.aid)
 
@@ -226,8 +236,6 @@ class MasterPart:
         if self.memory.bits.test(life.word, life.mask):
             self.modules.clear(life)
             self._tell(units.C_END, life.module.index, "abort")
-            if self.customised_program is not None:
-                self.customised_program.reset()
         for proxy in life.proxies:
             proxy.blocked = True
             proxy.stop()
@@ -250,11 +258,10 @@ class MasterPart:
         self.state = follow(MASTER, self.state, (MasterEvent.ESTOP,))
         for life in self.modules.lives:
             self.modules.clear(life)
+            self.modules.hold(life)
         for proxy in self.proxies:
             proxy.give_up()
             self._request(proxy)
-        if self.customised_program is not None:
-            self.customised_program.reset()
         self.mail.clear()
         self._hold_all()
         self._on_emergency()
@@ -265,13 +272,15 @@ class MasterPart:
 
     def reset(self) -> None:
         """Acknowledges faults, by a person; nothing happens while the emergency lasts. Links that stand are
-        made new, slaves in `serror` leave it, modules can be started again."""
+        made new, slaves in `serror` leave it, modules can be started again; the sequence begins anew."""
         if self.estop:
             return
         self.state = follow(MASTER, self.state, (MasterEvent.ACKNOWLEDGE,))
+        faulty = {p.placed.slave for p in self.proxies if p.blocked or p.fault is not Code.OK}
+        if self.customised_program is not None and (self._held or faulty):
+            self.customised_program.reset()
         self._held = []
         self.modules.release()
-        faulty = {p.placed.slave for p in self.proxies if p.blocked or p.fault is not Code.OK}
         for proxy in self.proxies:
             if proxy.placed.slave in faulty:
                 proxy.renew()

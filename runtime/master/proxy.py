@@ -43,11 +43,13 @@ class Proxy:
     """``executing``: from START until the slave has told the end (or the master has given it up). ``state``:
     AFS as it was told last, ``error`` beside it. ``fault``: why the link stands, OK while it does not.
 
-    ``blocked``: nothing is started until ``renew``, and then the power has to rise anew.
+    ``quiet_scans``: after as many without a word of an algorithm that executes, it gets its parameters once more,
+    so that a slave that has died is found out. ``blocked``: nothing is started until ``renew``, and then the power has to rise anew.
     """
 
-    def __init__(self, placed: Placed, memory: Memory, ack_periods: int) -> None:
+    def __init__(self, placed: Placed, memory: Memory, ack_periods: int, quiet_scans: int) -> None:
         self.placed = placed
+        self._quiet, self._quiet_scans = 0, quiet_scans
         out = channel(placed.slave, True, placed.slot, placed.size)
         into = channel(placed.slave, False, placed.slot, placed.size)
         self._taken_by = _algorithm(placed.aid, placed.parameters)
@@ -149,7 +151,7 @@ class Proxy:
 
     def stop(self) -> None:
         """Ends the algorithm at once, and keeps it from starting until the power has risen anew."""
-        self._armed = False
+        self._armed = not self._power()
         if self.executing and self._command is Command.START and self._open is None:
             self.executing, self._command = False, None
         elif self.executing:
@@ -157,12 +159,15 @@ class Proxy:
 
     def give_up(self) -> None:
         """The slave has ended it without P (emergency)."""
-        self.executing = self._armed = self._stops = False
+        self.executing = self._stops = False
         self.blocked, self._command, self._box = True, None, None
+        self._armed = not self._power()
 
     def renew(self) -> None:
         """Makes the link new and lets the algorithm be started again; by RESET its slave leaves `serror`."""
         self.blocked, self.fault, self.error = False, Code.OK, 0
+        self._armed = self._armed or not self.placed.enabled
+        self._raw = None
         self.endpoint.reset()
 
     def tell_error(self, code: int) -> None:
@@ -179,7 +184,10 @@ class Proxy:
         return told
 
     def tick(self) -> Told | None:
-        """A scan has passed: what was waited for too long is given up."""
+        """A scan has passed: what was waited for too long is given up, who is silent for too long is asked."""
+        self._quiet += 1
+        if self._quiet >= self._quiet_scans and self.executing and not self._stops and self._command is None:
+            self._quiet, self._command = 0, Command.UPDATE
         for event in self.endpoint.tick():
             return self._learn(event)
         return None
@@ -187,6 +195,7 @@ class Proxy:
     def _learn(self, event: sender.Event | receiver.Event) -> Told | None:
         match event:
             case receiver.Delivered(envelope) if envelope.cmd != Command.RESET:
+                self._quiet = 0
                 self._box = values_of(envelope, self._fed_back)
                 return Told.FEEDBACK
             case sender.Done():
@@ -199,7 +208,7 @@ class Proxy:
         return None
 
     def _taken(self) -> Told | None:
-        command, self._open = self._open, None
+        command, self._open, self._quiet = self._open, None, 0
         if command is Command.STOP:
             self.executing = self._stops = False
             self.state = State.IDLE
@@ -210,7 +219,8 @@ class Proxy:
 
     def _failed(self, code: Code) -> Told:
         self.fault, self._open, self._command = code, None, None
-        self.executing = self._armed = self._stops = False
+        self.executing = self._stops = False
+        self._armed = not self._power()
         return Told.FAULT
 
 

@@ -1,9 +1,9 @@
 """L, the customised program: the sequence of modules that the customised thread executes (SPEC 4,
 docs/messages.md).
 
-The program lies in ACPDD as frames (``frames.py``), in one of two buffers. For each step the customised thread
-offers its frame (``cb`` := 1); the control thread copies the parameters to LCD, sets the start bit and confirms
-(``ca`` := 1); cb := 0; ca := 0. Then the customised thread waits until the module has ended.
+The program lies in ACPDD as frames (``frames.py``), in one of two buffers. For each step the customised
+thread offers its frame (``cb`` := 1); the control thread copies the parameters to LCD, sets the start bit and
+confirms (``ca`` := 1); cb := 0; ca := 0. Then the customised thread waits until the module has ended.
 
 A new program goes into the other buffer. The control thread makes it the active one at a boundary: while no
 step is offered or runs. What remains of the cycle then follows the module that ended last. State is in words
@@ -30,9 +30,9 @@ Readers = Callable[[str], Reader]
 
 
 class Phase(IntEnum):
-    """Of the customised thread. IDLE: no cycle runs; NEXT: the next step waits for its condition; OFFERED: the
-    control thread has to take it; RUNNING: its module is in work; DONE: without ``repeat``, the cycle is over
-    and ``start`` has to fall."""
+    """Of the customised thread. IDLE: no cycle runs; NEXT: the next step waits for its condition; OFFERED:
+    the control thread has to take it; RUNNING: its module is in work; DONE: without ``repeat``, the cycle is
+    over and ``start`` has to fall."""
 
     IDLE = 0
     NEXT = 1
@@ -120,8 +120,9 @@ class Customised:
         return generation
 
     def change(self, sequence: Sequence, modules: Mapping[str, int], readers: Readers) -> int:
-        """Between two scans, with a change of the master's program: as ``stage``. ``modules``: the new indices
-        by names in capitals. A module of a step that runs keeps running; when it is gone, it has ended."""
+        """Between two scans, with a change of the master's program: as ``stage``. ``modules``: the new
+        indices by names in capitals. A module of a step that runs keeps running; when it is gone, it has
+        ended."""
         data, bits = self._memory.data, self._memory.bits
         self._readers = readers
         seen = data.load(_SEEN)
