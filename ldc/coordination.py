@@ -119,8 +119,8 @@ class PlantSetting:
 
 @dataclass(frozen=True, slots=True)
 class CoordinationSettings:
-    """What a project says of it; nothing of it is there when the file has none of the tables. ``estop``: path of
-    what is TRUE in an emergency; ``reset``: of what acknowledges faults at its rising edge."""
+    """What a project says of it; nothing of it is there when the file has none of the tables. ``estop``: path
+    of what is TRUE in an emergency; ``reset``: of what acknowledges faults at its rising edge."""
 
     sequence: SequenceSetting | None = None
     messages: tuple[MessageSetting, ...] = ()

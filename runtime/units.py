@@ -17,9 +17,9 @@ A_FEEDBACK, A_END = "A.FEEDBACK", "A.END"
 
 @dataclass(frozen=True, slots=True)
 class UnitEvent:
-    """A unit was executed. ``index``: what it was about: of a module (C.START, C.END), an algorithm's aid (A.*,
-    C.SEND, C.FEEDBACK), a message's offset in MSGF (C.BCAST, C.MSG), else 0. ``detail``: more of it:
-    a command, ``end`` of a feedback that ends an algorithm."""
+    """A unit was executed. ``index``: what it was about: of a module (C.START, C.END), an algorithm's aid
+    (A.*, C.SEND, C.FEEDBACK), a message's offset in MSGF (C.BCAST, C.MSG), else 0. ``detail``: more of it: a
+    command, ``end`` of a feedback that ends an algorithm."""
 
     time_ns: int
     processor: str
@@ -30,8 +30,8 @@ class UnitEvent:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """``s0``, ``s1``, ``s2``: the number in each paper, the same for two units that it does in one; empty: the
-    paper has no such unit."""
+    """``s0``, ``s1``, ``s2``: the number in each paper, the same for two units that it does in one; empty:
+    the paper has no such unit."""
 
     name: str
     duty: str

@@ -1,4 +1,5 @@
-"""The papers' sequences of events: traces that show them, and what is told of traces that do not (SPEC 6.3)."""
+"""The papers' sequences of events: traces that show them, and what is told of traces that do not (SPEC
+6.3)."""
 
 from __future__ import annotations
 
@@ -112,7 +113,8 @@ def test_an_empty_trace_and_one_backwards_show_nothing(case: Case, text: str) ->
 
 
 @pytest.mark.parametrize(("case", "text", "change", "words"), [
-    (CASE_ONE, ONE, ("A.DEFRAME 12\n", ""), "A.DEFRAME(algorithm 2) never happens (wanted after A.START(algorithm 2)"),
+    (CASE_ONE, ONE, ("A.DEFRAME 12\n", ""),
+     "A.DEFRAME(algorithm 2) never happens (wanted after A.START(algorithm 2)"),
     (CASE_ONE, ONE, ("C.SEND 11 START\nA.START 11\n", "A.START 11\nC.SEND 11 START\n"),
      "A.START(algorithm 1) happens at 3000000 ns, and not after C.SEND(algorithm 1, START) at 4000000 ns"),
     (CASE_ONE, ONE, ("A.END 11\n", "A.START 12\nA.END 11\n"),

@@ -1,4 +1,5 @@
-"""What a project says of its modules, resolved against its program: places, defaults, and nothing breaks it."""
+"""What a project says of its modules, resolved against its program: places, defaults, and nothing breaks
+it."""
 
 from __future__ import annotations
 
@@ -169,8 +170,8 @@ def test_a_plant_is_found_beside_the_project(program) -> None:
     ('[[sequence.steps]]\nmodule = "clamp"\n[[sequence.steps]]\nmodule = "press"', ["LD0614"]),
     ('[messages.a]\nfrom = "auto"\nto = ["lamps"]', ["LD0615"]),
     ('[messages.a]\nfrom = "auto"\nto = [{ module = "inject", data = "big" }]', ["LD0618"]),
-    ('[messages.a]\nfrom = "auto"\ndata = "clamp.position"\nto = [{ module = "lamps", flag = "told", data = "code" }]',
-     ["LD0618"]),
+    ('[messages.a]\nfrom = "auto"\ndata = "clamp.position"\n'
+     'to = [{ module = "lamps", flag = "told", data = "code" }]', ["LD0618"]),
     ('[messages.a]\nfrom = "auto"\ndata = "clamp.label"\nto = ["inject"]', ["LD0618"]),
     ('[messages.a]\nfrom = "auto"\nto = [{ module = "inject", flag = "start" }]', ["LD0617"]),
     ('[messages.a]\nfrom = "auto"\nto = [{ module = "inject", flag = "told" }]\n'
@@ -201,15 +202,19 @@ def test_without_a_bag_it_raises(program) -> None:
         coordination(program.of(manifest))
 
 
-names = st.sampled_from(["clamp", "inject", "lamps", "press", "auto", "clamp.done", "clamp.curve[1]", "clamp.curve",
-                         "told", "code", "stroke", "count", "%IX0.0", "%IX", "", "a.b[", "T#5ms", "label", "..", "[1]"])
-values = st.one_of(names, st.integers(-5, 300), st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
+names = st.sampled_from(["clamp", "inject", "lamps", "press", "auto", "clamp.done", "clamp.curve[1]",
+                         "clamp.curve", "told", "code", "stroke", "count", "%IX0.0", "%IX", "", "a.b[",
+                         "T#5ms", "label", "..", "[1]"])
+values = st.one_of(
+    names, st.integers(-5, 300), st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
 steps = st.one_of(names, values, st.dictionaries(
     st.sampled_from(["module", "parameters", "when", "until", "with"]),
-    st.one_of(names, values, st.dictionaries(st.sampled_from(["stroke", "count", "start", "label"]), values))))
+    st.one_of(names, values, st.dictionaries(
+        st.sampled_from(["stroke", "count", "start", "label"]), values))))
 subscribers = st.one_of(names, st.dictionaries(st.sampled_from(["module", "flag", "data", "to"]), names))
 tables = st.fixed_dictionaries({}, optional={
-    "sequence": st.dictionaries(st.sampled_from(["steps", "start", "repeat"]), st.one_of(values, st.lists(steps))),
+    "sequence": st.dictionaries(
+        st.sampled_from(["steps", "start", "repeat"]), st.one_of(values, st.lists(steps))),
     "messages": st.dictionaries(st.sampled_from(["a", "b", "ALARM", "estop"]), st.dictionaries(
         st.sampled_from(["class", "from", "data", "to", "policy", "depth"]),
         st.one_of(values, st.lists(subscribers), st.sampled_from(["system", "user", "reject"])))),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -20,13 +21,13 @@ ONE = (Subscriber(0),)
 
 def user(number: int, form: str | None = None, policy: str = "queue", depth: int = 4,
          subscribers: tuple[Subscriber, ...] = ONE) -> Message:
-    return Message(f"m{number}", False, number, "a.b", "a.c" if form else None, form, policy, depth, subscribers)
+    data = "a.c" if form else None
+    return Message(f"m{number}", False, number, "a.b", data, form, policy, depth, subscribers)
 
 
 def rig(*users: Message, seen=None) -> tuple[Messages, tuple[Message, ...], Memory]:
     """With ALARM and ESTOP subscribed; the memory refuses what the master may not do."""
-    system = tuple(
-        Message(m.name, True, m.number, None, None, m.form, "queue", 4, (Subscriber(9),)) for m in system_messages())
+    system = tuple(replace(m, subscribers=(Subscriber(9),)) for m in system_messages())
     messages = placed_messages((*system, *users))
     memory = watch(allocate("master", bytearray(shared_size())), seen)
     return Messages(memory, messages), messages, memory
@@ -79,8 +80,8 @@ def test_system_messages_come_first_then_ascending_and_subscribers_in_their_orde
     by_name = {m.name: m for m in found}
     for name, value in (("m1", None), ("m0", -7), ("ESTOP", 0), ("ALARM", 4)):
         assert messages.broadcast(by_name[name], value) is Outcome.WAITS and flag(memory, by_name[name])
-    assert handled(messages) == [("ALARM", 9, 4), ("ESTOP", 9, 0), ("m0", 5, -7), ("m0", 1, -7), ("m0", 3, -7),
-                                 ("m1", 0, None)]
+    assert handled(messages) == [
+        ("ALARM", 9, 4), ("ESTOP", 9, 0), ("m0", 5, -7), ("m0", 1, -7), ("m0", 3, -7), ("m1", 0, None)]
     assert not any(flag(memory, m) for m in found)
     assert handled(messages) == []
 
@@ -146,7 +147,8 @@ def test_what_a_subscriber_broadcasts_is_handled_in_the_next_scan() -> None:
 def test_an_edge_broadcasts_once_and_is_known_after_a_clear() -> None:
     messages, found, memory = rig(user(0))
     m = found[-1]
-    assert [messages.rises(m, now) for now in (False, True, True, False, True)] == [False, True, False, False, True]
+    levels = (False, True, True, False, True)
+    assert [messages.rises(m, now) for now in levels] == [False, True, False, False, True]
     messages.broadcast(m)
     messages.clear()
     assert handled(messages) == [] and not messages.rises(m, True)

@@ -1,5 +1,5 @@
-"""Modules that a sequence and messages start, over the whole master: the example of the page, and program 2 of the
-paper on the injection machine in both of its variants (SPEC 11.3)."""
+"""Modules that a sequence and messages start, over the whole master: the example of the page, and program 2
+of the paper on the injection machine in both of its variants (SPEC 11.3)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ VAR
 END_VAR
 
 RUNG
-    [start] <approach: TON(PT := T#100ms)> [/obstacle] <protect: TON(PT := T#50ms)> (guarded) <press: TON(PT := T#100ms)> (done)
+    [start] <approach: TON(PT := T#100ms)> [/obstacle] <protect: TON(PT := T#50ms)> (guarded)
+    <press: TON(PT := T#100ms)> (done)
 
 RUNG
     [guarded] [/done] (high) <MOVE(IN := 1250.5, OUT => force)>
@@ -157,7 +158,7 @@ def test_program_2_of_the_paper(tmp_path: Path, source: str, guard: str, overlap
     assert read(press, "eject.times") == 1 and read(press, "inject.force") == 1250.5
 
 
-def test_the_interlock_stops_the_injection_in_the_scan_in_which_the_mould_is_not_guarded(tmp_path: Path) -> None:
+def test_the_interlock_stops_the_injection_in_the_same_scan(tmp_path: Path) -> None:
     press, _ = system(tmp_path, {"ldc.toml": TOML.format(source="guarded"),
                                  "main.ld": PRESS.replace("{guard}", "[guarded]")})
     while not read(press, "inject.injecting"):

@@ -98,15 +98,15 @@ class _Check:
             if len(runs) == 1:
                 modules.append(self._module(index, name, runs[0].name))
                 continue
-            self.findings.no_module(
-                span, name, "the master does not run it" if not runs else f"the master runs it {len(runs)} times",
-                "the tasks of the master run each module as one instance")
+            label = f"the master runs it {len(runs)} times" if runs else "the master does not run it"
+            self.findings.no_module(span, name, label, "tasks of the master run each module as one instance")
             modules.append(Module(index, name, None, None, ()))
         try:
             return placed_modules(tuple(modules))
         except Full as full:
             self.findings.too_much(span, "parameters of the modules take too much memory",
-                                   f"full at `{names[full.number]}`: {full}", "let modules have fewer VAR_INPUTs")
+                                   f"full at `{names[full.number]}`: {full}",
+                                   "let modules have fewer VAR_INPUTs")
             return tuple(modules)
 
     def _module(self, index: int, name: str, instance: str) -> Module:
@@ -210,14 +210,16 @@ class _Check:
         found = (*system.values(), *users)
         if len(users) > USER_MESSAGES:
             self.findings.too_much(self.span("messages", users[USER_MESSAGES].name),
-                                   f"{len(users)} messages are too many", f"{USER_MESSAGES} of users are possible",
+                                   f"{len(users)} messages are too many",
+                                   f"{USER_MESSAGES} of users are possible",
                                    "let several subscribers share a message")
             return found
         try:
             return placed_messages(found)
         except Full as full:
             self.findings.too_much(self.span("messages", found[full.number].name),
-                                   "messages take too much memory", str(full), "give long queues a smaller `depth`")
+                                   "messages take too much memory", str(full),
+                                   "give long queues a smaller `depth`")
             return found
 
     def _message(self, setting: MessageSetting, number: int) -> Message | None:
@@ -247,9 +249,9 @@ class _Check:
         if setting.data:
             type_ = self._type(setting.data)
             if type_ is None or not form(type_):
+                label = "there is no such variable" if type_ is None else f"a value of {type_}"
                 self.findings.bad_data(self.span(*key, "data"), f"`{setting.data}` cannot go with a message",
-                                       "there is no such variable" if type_ is None else f"a value of {type_}",
-                                       "name one number, BOOL or time, as in `clamp.axis.position`")
+                                       label, "name one number, BOOL or time, as in `clamp.axis.position`")
         if not setting.to and setting.kind == "user":
             self.findings.unheard(self.span(*key), setting.name)
         subscribers = tuple(s for one in setting.to if (s := self._subscriber(setting, one, type_)))
@@ -291,7 +293,8 @@ class _Check:
         if task.single is not None:
             return f"task `{task.name}` runs it at the edge of SINGLE"
         if task.interval and task.interval > period:
-            return f"task `{task.name}` runs it every {duration_text(task.interval)}, a scan is {duration_text(period)}"
+            interval, scan = duration_text(task.interval), duration_text(period)
+            return f"task `{task.name}` runs it every {interval}, a scan is {scan}"
         return ""
 
     def _data(self, message: MessageSetting, setting: SubscriberSetting, module: Module, type_: Type | None
@@ -302,10 +305,11 @@ class _Check:
                                    "no VAR_INPUT that holds a number",
                                    f"those it has: {', '.join(p.name for p in module.parameters) or 'none'}")
             return None
-        if type_ is None or not widens(type_, pin.type) or (kind(type_) == "real") != (kind(pin.type) == "real"):
-            brings = f"it brings {type_}" if type_ else "it brings no data"
+        reals = {type_ is not None and kind(type_) == "real", kind(pin.type) == "real"}
+        if type_ is None or not widens(type_, pin.type) or len(reals) == 2:
             self.findings.bad_data(span, f"`{pin.path}` cannot take the data of message `{message.name}`",
-                                   f"{pin.type}, and {brings}", "declare the VAR_INPUT with the type of the data")
+                                   f"{pin.type}, and it brings {type_ or 'no data'}",
+                                   "declare the VAR_INPUT with the type of the data")
         return pin.path
 
     # -- the plant

@@ -48,8 +48,10 @@ class Findings:
 
     def no_steps(self, span: Span | None) -> None:
         self._error("LD0624", "the sequence has no steps", span, "no module can be started",
-                    "name steps, or give modules of [project] `VAR_INPUT start : BOOL;` and `VAR_OUTPUT done : BOOL;`")
+                    "name steps, or give modules of [project] `VAR_INPUT start : BOOL;` and "
+                    "`VAR_OUTPUT done : BOOL;`")
 
     def misses_scans(self, span: Span | None, message: str, name: str, label: str) -> None:
-        self._error("LD0625", f"a flag of message `{message}` could be missed by module `{name}`", span, label,
-                    "let a task without an interval run the module, or start it by the message: leave `flag` out")
+        self._error("LD0625", f"a flag of message `{message}` could be missed by module `{name}`", span,
+                    label, "let a task without an interval run the module, or start it by the message: leave "
+                    "`flag` out")

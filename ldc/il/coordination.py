@@ -128,8 +128,8 @@ class Plant:
 @dataclass(frozen=True, slots=True)
 class Coordination:
     """``messages``: those of the system first, each class in the order of the numbers: the order in which
-    they are handled. ``estop``: path of a BOOL that is TRUE in an emergency; ``reset``: of one at whose rising
-    edge faults are acknowledged."""
+    they are handled. ``estop``: path of a BOOL that is TRUE in an emergency; ``reset``: of one at whose
+    rising edge faults are acknowledged."""
 
     modules: tuple[Module, ...] = ()
     messages: tuple[Message, ...] = ()

@@ -22,7 +22,8 @@ from ldc.il.coordination import Sequence
 from runtime.master.frames import Frame, buffer, conditions, following, frames, parsed
 from runtime.protocol.memory import Memory, bit
 
-_ACTIVE, _SEEN, _PHASE, _STEP, _MODULE, _CYCLES, _STAGED = (areas()["ACPDD"].base + at for at in range(0, 28, 4))
+_ACTIVE, _SEEN, _PHASE, _STEP, _MODULE, _CYCLES, _STAGED = (
+    areas()["ACPDD"].base + at for at in range(0, 28, 4))
 _CB, _CA = (bit(areas()["ACPF"].base + at) for at in (0, 32))
 
 Reader = Callable[[], bool]

@@ -34,8 +34,8 @@ class Event(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """An event: of unit ``unit``, about ``role`` (a name that the caller gives an index; "": anything), with the
-    detail ``detail`` ("": any)."""
+    """An event: of unit ``unit``, about ``role`` (a name that the caller gives an index; "": anything), with
+    the detail ``detail`` ("": any)."""
 
     unit: str
     role: str = ""
@@ -92,7 +92,8 @@ def _fed_back(algorithm: str) -> Repeated:
 CASE_ONE = Case(
     "case one: a module on one slave, then one on another",
     ((Mark(C_LOGIC), *_started("module 1", "algorithm 1"), _fed_back("algorithm 1"), *_ended("algorithm 1"),
-      Mark(C_LOGIC), *_started("module 2", "algorithm 2"), _fed_back("algorithm 2"), *_ended("algorithm 2")),),
+      Mark(C_LOGIC), *_started("module 2", "algorithm 2"), _fed_back("algorithm 2"),
+      *_ended("algorithm 2")),),
     never=((Mark(A_START, "algorithm 2"), Mark(C_FEEDBACK, "algorithm 1", "end")),),
 )
 
@@ -200,5 +201,5 @@ def _overlap(overlap: Overlap, trace: Sequence[Event], first) -> list[str]:
     low, high = max(trace[a].time_ns, trace[c].time_ns), min(trace[b].time_ns, trace[d].time_ns)
     if high > low:
         return []
-    return [f"{overlap.first[0]} to {overlap.first[1]} and {overlap.second[0]} to {overlap.second[1]} do not overlap: "
-            f"{high - low} ns"]
+    intervals = " and ".join(f"{begin} to {end}" for begin, end in (overlap.first, overlap.second))
+    return [f"{intervals} do not overlap: {high - low} ns"]
