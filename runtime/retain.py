@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from time import sleep
 
 from ldc.il import block
 from ldc.il.layout import type_hash
@@ -23,6 +24,8 @@ from runtime.symbols import Key, Symbol, has_state, indexes
 from runtime.vm import machine as vm
 from runtime.vm.keeper import duplicate
 from runtime.vm.memory import get
+
+_AT_ONCE = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +134,7 @@ def saver(machine: Machine, identity: Identity) -> Callable[[], Callable[[], Kep
     def take() -> Callable[[], Kept]:
         scan, now, values = machine.scans, machine.now_ns, copy()
         return lambda: Kept(identity.name, identity.program, identity.layout(), scan, now,
-                            _entries(found, iter(values())))
+                            _entries(found, _by_the_way(values())))
 
     return take
 
@@ -159,6 +162,14 @@ def _copier(machine: Machine, symbols: tuple[Symbol, ...]) -> Callable[[], Calla
             return lambda: iter(values)
 
     return take
+
+
+def _by_the_way(values: Iterator) -> Iterator:
+    """The same values; now and then another thread may go on, which has scans to run."""
+    for number, value in enumerate(values):
+        if number % _AT_ONCE == 0:
+            sleep(0)
+        yield value
 
 
 def _entries(found: tuple[Leaf, ...], values: Iterator) -> list[Entry]:

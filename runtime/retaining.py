@@ -14,7 +14,8 @@ from runtime.machine import Machine
 from runtime.retain import Identity, saver
 from runtime.retain_file import Kept, Store
 
-Job = Callable[[], Kept]
+Job = Callable[[], None]
+Take = Callable[[], Callable[[], Kept]]
 
 
 class Retaining:
@@ -26,32 +27,42 @@ class Retaining:
                  failed: Callable[[OSError], None], saved: Callable[[int], None] = lambda scan: None) -> None:
         self._store, self._every = store, every_ns
         self._failed, self._saved = failed, saved
-        self._told = False
-        self._name = identity.name
-        self.follow(machine, identity.program, identity.layout)
-        self._due = machine.now_ns + every_ns
-        self._writer = _Writer(self._write) if beside else None
+        self._told, self._name, self._due = False, identity.name, machine.now_ns + every_ns
+        self._machine, self._take = machine, saver(machine, identity)
+        self._prepare: Callable[[], Take] = lambda: saver(machine, identity)
+        self._writer = _Writer() if beside else None
 
     def follow(self, machine: Machine, program: str, layout: Callable[[], str]) -> None:
-        """Another program goes on with the state."""
-        self._machine, self._take = machine, saver(machine, Identity(self._name, program, layout))
+        """Another program goes on with the state. What is to be copied of it is found beside the scans."""
+        self._machine, self._take = machine, None
+        self._prepare = prepare = lambda: saver(machine, Identity(self._name, program, layout))
+        if self._writer is None:
+            self._take = prepare()
+        else:
+            self._writer.give(lambda: self._prepared(prepare))
+
+    def _prepared(self, prepare: Callable[[], Take]) -> None:
+        take = prepare()
+        if prepare is self._prepare:  # no further program has taken over meanwhile
+            self._take = take
 
     def scanned(self) -> None:
         """To be called after every scan."""
         now = self._machine.now_ns
-        if now < self._due:
+        if now < self._due or self._take is None:
             return
         self._due = now + self._every
+        job = self._take()
         if self._writer is None:
-            self._write(self._take())
+            self._write(job)
         else:
-            self._writer.give(self._take())
+            self._writer.give(lambda: self._write(job))
 
     def close(self) -> None:
         """The last save, made between two scans. Raises OSError when it cannot be."""
         if self._writer is not None:
             self._writer.end()
-        kept = self._take()()
+        kept = (self._take or self._prepare())()()
         self._store.save(kept)
         self._saved(kept.scan)
 
@@ -60,7 +71,7 @@ class Retaining:
         if self._writer is not None:
             self._writer.end()
 
-    def _write(self, job: Job) -> None:
+    def _write(self, job: Callable[[], Kept]) -> None:
         try:
             kept = job()
             self._store.save(kept)
@@ -75,8 +86,8 @@ class Retaining:
 class _Writer:
     """A thread that does the newest job that it was given."""
 
-    def __init__(self, write: Callable[[Job], None]) -> None:
-        self._write, self._job = write, None
+    def __init__(self) -> None:
+        self._job: Job | None = None
         self._given = threading.Condition()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="retain", daemon=True)
@@ -102,4 +113,4 @@ class _Writer:
                 if self._ended:
                     return
                 job, self._job = self._job, None
-            self._write(job)
+            job()
