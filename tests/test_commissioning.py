@@ -326,6 +326,16 @@ def test_warm_cold_and_origin(tmp_path: Path, monkeypatch, capsys) -> None:
     assert last("--start", "origin") == "3" and not Path("kept.before").exists()
 
 
+def test_a_cold_start_leaves_the_whole_one_of_two_files_until_the_second_save(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.ld").write_text(TEXT, encoding="utf-8")
+    assert run("--retain", "kept") == 0 == run("--retain", "kept")
+    whole = Path("kept.before").read_bytes()
+    Path("kept").write_bytes(b"cut")
+    assert run("--retain", "kept", "--start", "cold") == 0
+    assert Path("kept.before").read_bytes() == whole
+
+
 def test_the_project_names_the_file(tmp_path: Path, monkeypatch, capsys) -> None:
     folder = tmp_path / "line"
     folder.mkdir()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from ldc import pipeline
@@ -37,7 +38,8 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
         except OSError as error:
             raise Invalid([unreachable("delete", path, error)]) from error
     elif options.start == "cold":
-        store.spoiled = not path.exists()
+        with suppress(Invalid):  # only to know which of the two files is whole: that one stays the longest
+            store.load(Diagnostics())
     else:
         kept = store.load(found)
         if kept is not None:
