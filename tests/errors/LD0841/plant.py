@@ -1,0 +1,3 @@
+class plant:
+    def step(self, now_ns, dt_ns):
+        pass

@@ -1,0 +1,95 @@
+"""Plants: what they are wired to, when they step, what of a project is a system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from systems import Run, mover
+
+from ldc.cli.main import main
+
+TANK = """\
+PROGRAM tank
+VAR
+    full  AT %IX0.0 : BOOL;
+    level AT %IW2   : INT;
+    valve AT %QX0.0 : BOOL;
+    speed AT %QW2   : INT;
+    lift  : LIFT;
+    gate  : BOOL;
+END_VAR
+
+RUNG fill
+    [/full] (valve)
+
+RUNG rate
+    [valve] <MOVE(IN := level + 1, OUT => speed)>
+
+RUNG up
+    [gate] <lift: LIFT(target := 5.0)>
+END_PROGRAM
+"""
+
+PLANT = """\
+from dataclasses import dataclass
+
+@dataclass
+class Tank:
+    level: float = 0.0
+
+class Plant:
+    def __init__(self, field, parameters, seed):
+        self.tank, self.most, self.seed = Tank(), parameters["most"], seed
+        self.valve, self.speed = field.reader("%QX0.0"), field.reader("tank.speed")
+        self.full, self.level = field.writer("tank.full"), field.writer("%IW2")
+
+    def step(self, now_ns, dt_ns):
+        if self.valve():
+            self.tank.level += dt_ns / 1e6
+        self.level(int(self.tank.level))
+        self.full(self.tank.level >= self.most)
+"""
+
+
+def project(folder: Path, step: str = "1ms") -> Path:
+    (folder / "tank.ld").write_text(TANK)
+    (folder / "plant.py").write_text(PLANT)
+    (folder / "plant.json").write_text('{"most": 25.0}')
+    (folder / "ldc.toml").write_text(
+        '[processors]\nmaster = "master"\nslave1 = "slave"\n'
+        f'[plant]\nfile = "plant.py"\nparameters = "plant.json"\nstep = "{step}"\nseed = 7\n'
+        '[run]\nwatch = ["valve", "level", "speed", "full"]\n')
+    mover(folder, "LIFT", 1)
+    return folder
+
+
+@pytest.mark.parametrize("engine", ["vm", "native"])
+def test_inputs_and_outputs_of_the_master_are_copied_at_the_boundaries_of_scans(tmp_path: Path, engine: str) -> None:
+    run = Run(project(tmp_path), engine, ("valve", "level", "speed", "full")).scans(6)
+    # What the plant wrote before an instant is what the scan of that instant sees; the first scan opens the valve.
+    assert run.rows == [[True, 0, 1, False], [True, 10, 11, False], [True, 20, 21, False], [False, 30, 21, True],
+                        [False, 30, 21, True], [False, 30, 21, True]]
+
+
+def test_the_plant_has_a_step_of_its_own(tmp_path: Path) -> None:
+    run = Run(project(tmp_path, "4ms"), watch=("level",)).scans(4)
+    assert run.rows == [[0], [8], [20], [28]], "steps at 4, 8; 12, 16, 20; 24, 28 ms"
+
+
+def test_ldc_run_steps_a_plant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(project(tmp_path)), "--scans", "6", "--trace", "-"]) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[0] == "scan,t_ms,valve,level,speed,full" and rows[-1].startswith("5,50,0,")
+
+
+def test_what_units_do_is_written_as_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "events.csv"
+    (tmp_path / "in.csv").write_text("scan,gate\n1,1\n")
+    arguments = ["run", str(project(tmp_path)), "--scans", "8", "--inputs", str(tmp_path / "in.csv"),
+                 "--trace", "-", "--events", str(target)]
+    assert main(arguments) == 0
+    rows = target.read_text().splitlines()
+    assert rows[:2] == ["t_ms,processor,unit,index,detail", "0,master,C.LOGIC,0,"]
+    assert "10,master,C.SEND,1,START" in rows and "10,slave1,A.START,1," in rows
+    assert "61,slave1,A.EXEC,1," in rows
