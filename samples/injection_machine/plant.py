@@ -32,15 +32,14 @@ class Drive:
 class Axis:
     """One mass on one ruler; one of its drives moves it at a time."""
 
-    def __init__(self, name: str, position: float, drives: list[Drive], show: list[Callable[[float], None]],
-                 sensor: dict, random: Random, journal: list) -> None:
+    def __init__(self, name: str, position: float, sensor: dict, random: Random, journal: list) -> None:
         self.name, self.position, self.velocity, self.still = name, position, 0.0, True
-        self.drive = drives[0]
-        self.show, self.noise, self.grain = show, sensor["noise_mm"], sensor["step_mm"]
+        self.drive: Drive | None = None
+        self.show: list[Callable[[float], None]] = []
+        self.noise, self.grain = sensor["noise_mm"], sensor["step_mm"]
         self.random, self.journal = random, journal
         self.reached, self.gain, self.delay_ns = 0.0, 1.0, 0.0
         self.coming: deque[tuple[float, float]] = deque()  # (when it reaches the axis, velocity), by time
-        self.measure()
 
     def measure(self) -> None:
         """The ruler: noise first, then its steps."""
@@ -128,25 +127,38 @@ class Plant:
         regime, start = parameters["regimes"][parameters["regime"]], parameters["start"]
         ejector, force = parameters["ejector"], parameters["force"]
         self.random, self.journal = Random(seed), []
-        self.axes, self.drives = [], []
 
-        def axis(name: str, modules: dict[str, dict], ruler: dict) -> Axis:
-            drives = [Drive(m, field.reader(f"{m}.axis.reference"), s, regime["gain_sd"])
-                      for m, s in modules.items()]
-            show = [field.writer(f"{m}.axis.measured") for m in modules]
-            made = Axis(name, start[f"{name}_mm"], drives, show, ruler, self.random, self.journal)
-            self.axes.append(made)
-            self.drives += [(drive, drive.read, made) for drive in drives]
-            return made
+        def axis(name: str, sensor: dict) -> Axis:
+            return Axis(name, start[f"{name}_mm"], sensor, self.random, self.journal)
 
-        axis("clamp", {"clamp": regime["clamp"]}, regime["sensor"])
-        screw = axis("screw", {"inject": regime["inject"], "charge": regime["charge"],
-                               "suck_back": regime["inject"]}, regime["sensor"])
-        self.ejector = axis("ejector", {"ejector": ejector}, ejector["sensor"])
+        clamp, screw = axis("clamp", regime["sensor"]), axis("screw", regime["sensor"])
+        self.ejector = axis("ejector", ejector["sensor"])
+        self.axes, self.drives = (clamp, screw, self.ejector), []
+        self.unwired = [(clamp, "clamp", regime["clamp"]), (screw, "inject", regime["inject"]),
+                        (screw, "charge", regime["charge"]), (screw, "suck_back", regime["inject"]),
+                        (self.ejector, "ejector", ejector)]
+        self.gain_sd = regime["gain_sd"]
+        self.connect(field)
         self.hold, self.pressure = Hold(screw, parameters["hold"], self.random), field.reader("%QD4")
         self.lock, self.show_force = field.reader("%QX0.1"), field.writer("%ID4")
         self.show_eye, self.eye_at, self.eye = field.writer("%IX1.0"), ejector["eye_mm"], False
         self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
+
+    def connect(self, field) -> None:
+        """Wires the axes of the modules that are in the program; again when an online change has brought more."""
+        missing, found = [], {}
+        for axis, module, settings in self.unwired:
+            try:
+                drive = Drive(module, field.reader(f"{module}.axis.reference"), settings, self.gain_sd)
+                axis.show.append(field.writer(f"{module}.axis.measured"))
+            except LookupError:
+                missing.append((axis, module, settings))
+                continue
+            self.drives.append((drive, drive.read, axis))
+            found[axis.name] = axis
+        for axis in found.values():
+            axis.measure()
+        self.unwired = missing
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
