@@ -7,13 +7,14 @@ them. What has nothing to do is not activated: a slave whose algorithms rest cos
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
 from ldc.il.placement import Placed
+from runtime.cost import Cost
 from runtime.faults import Fault
 from runtime.field import Field
 from runtime.machine import Machine
@@ -23,10 +24,12 @@ from runtime.online.controller import Controller
 from runtime.processors.invariants import Entry as Trace
 from runtime.processors.invariants import Snapshot
 from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
+from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import Entry, Thread
 from runtime.slave.algorithm import Maker
 from runtime.slave.part import SlavePart
+from runtime.timing import Executions
 from runtime.units import UnitEvent
 
 class Plant(Protocol):
@@ -54,13 +57,15 @@ class _Slave:
 class System:
     """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made. ``events``:
     what units did; ``log``: of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots,
-    accesses to shared memory, what slaves took and executed. The time is that of the master's machine."""
+    accesses to shared memory, what slaves took and executed. The time is that of the master's machine.
+    ``cost``: what the code of the master takes, None: no time; ``watchdogs``: of its tasks, as of Executions."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  coordination: Coordination, field: Field, *, plant: Plant | None = None,
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
                  events: Events | None = None, log: MutableSequence[Entry] | None = None,
-                 seen: Callable[[Trace], None] | None = None) -> None:
+                 seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
+                 watchdogs: Mapping[str, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._flags = _Flags(self.shared)
         self._plant, self._plant_ns, self._plant_due = plant, plant_ns, 0
@@ -70,6 +75,7 @@ class System:
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._emergency, wiring=wiring)
         self._began = self.machine.now_ns
+        self._executions = None if cost is None else Executions(self.machine, cost, watchdogs or {}, self.now)
         self._slaves: list[_Slave] = []
         for index, number in enumerate(sorted({p.slave for p in placed}), 1):
             part = SlavePart(number, self._memory(f"slave{number}"), placed, makers, field, note, self.now,
@@ -102,6 +108,13 @@ class System:
         """The time in ns."""
         return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
 
+    def rows(self) -> tuple[Row, ...]:
+        """What became of the threads so far."""
+        master = self.machine.program.resources[self.machine.resource].processor
+        names = (master, *(f"slave{part.number}" for part in self.slaves))
+        return tuple(row for name, threads in zip(names, self._scheduler.threads, strict=True)
+                     for row in rows(name, threads, self._scheduler.now_ns))
+
     # ---- threads ---------------------------------------------------------------------------------
 
     def _master_threads(self) -> list[Thread]:
@@ -112,6 +125,11 @@ class System:
             if part.busy:
                 self._scheduler.raise_event(0, "communication")
 
+        def control_in_pieces(now: int) -> Iterator[int]:
+            yield from part.pieces(self._executions.begin, self._began + now)
+            if part.busy:
+                self._scheduler.raise_event(0, "communication")
+
         def communication(now: int) -> None:
             part.communicate()
             for slave in self._slaves:
@@ -119,7 +137,8 @@ class System:
                     self._scheduler.raise_event(slave.index, "communication")
 
         return [Thread("communication", "communication", None, communication),
-                Thread("control", "control", self.machine.period_ns, control),
+                Thread("control", "control", self.machine.period_ns,
+                       control if self._executions is None else control_in_pieces),
                 Thread("customised", "customised", None, lambda now: part.customised())]
 
     def _slave_threads(self, slave: _Slave) -> list[Thread]:
@@ -164,6 +183,8 @@ class System:
             scheduler.run(now)
             self._instant(now)
         scheduler.run(end)
+        if self._executions is not None:
+            self.machine.end()
 
     def _instant(self, now: int) -> None:
         """Everything that happens at one moment."""

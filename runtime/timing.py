@@ -101,6 +101,7 @@ class Timing:
         self.threads = tuple(Thread(s.task.name, "control", None, self._work(s), priority=s.task.priority)
                              for s in machine.schedules)
         self.scheduler = Scheduler([self.threads], log)
+        self.scheduler.now_ns = self._began = machine.now_ns
 
     def scan(self) -> None:
         """One tick: what is due is activated, then time goes on to the next tick. A task by SINGLE is
@@ -117,7 +118,7 @@ class Timing:
         """What became of the tasks so far."""
         machine = self.machine
         processor = machine.program.resources[machine.resource].processor
-        return rows(processor, self.threads, self.scheduler.now_ns)
+        return rows(processor, self.threads, self.scheduler.now_ns - self._began)
 
     def _work(self, schedule: Schedule) -> Work:
         def work(now_ns: int) -> Iterator[int] | None:

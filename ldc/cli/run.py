@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from ldc import pipeline
 from ldc.cli import sanitized
@@ -20,14 +20,12 @@ from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
 from ldc.cli.powers import Powers
-from ldc.cli.timing import cost_of, tell, timing_of
 from ldc.cli.watching import ChangeLines, LiveTable
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.external import Binding
 from ldc.manifest import Manifest, Sources
 from ldc.reading import read_source
 from ldc.render import plural
-from runtime.cost import Cost
 from runtime.machine import Machine
 from runtime.stimuli import Stimuli
 from runtime.stimuli import read as read_stimuli
@@ -35,7 +33,9 @@ from runtime.symbols import UnknownSymbol
 from runtime.trace import Trace
 from runtime.values import milliseconds
 from runtime.vm import machine as vm
-from runtime.vm import paced
+
+if TYPE_CHECKING:
+    from runtime.cost import Cost
 
 SCANS = 100
 """How long a run is when nothing says it."""
@@ -69,12 +69,14 @@ def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
 
 @contextmanager
 def _interrupts(options: argparse.Namespace) -> Iterator[None]:
-    """In real time an interrupt from the keyboard is left to the process that scans: it ends the others."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if options.realtime else None
+    """In real time and online an interrupt from the keyboard is left to the process that scans: it puts
+    everything in order."""
+    left = options.realtime or options.online
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if left else None
     try:
         yield
     finally:
-        if options.realtime:
+        if left:
             signal.signal(signal.SIGINT, before)
 
 
@@ -101,7 +103,12 @@ def _check_options(options: argparse.Namespace) -> None:
 
 def _stepped(options: argparse.Namespace, sources: Sources) -> bool:
     """Whether scans with a picture go step by step: not those that take virtual time."""
-    return _live(options) and options.engine == "vm" and cost_of(sources.manifest) is None
+    return _live(options) and options.engine == "vm" and not _takes_time(options, sources)
+
+
+def _takes_time(options: argparse.Namespace, sources: Sources) -> bool:
+    """Whether executions take virtual time."""
+    return sources.manifest is not None and sources.manifest.cost is not None and not options.realtime
 
 
 def _live(options: argparse.Namespace) -> bool:
@@ -117,8 +124,12 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
         from ldc.cli import run_online  # loads what only a socket needs
 
         return run_online.run(options, sources, result, beat, file)
-    cost = cost_of(sources.manifest)
-    if options.timing and cost is None:
+    cost = None
+    if _takes_time(options, sources):
+        from ldc.cli import timing as times  # loads what a run without [cost] does not need
+
+        cost = times.cost_of(sources.manifest)
+    elif options.timing:
         raise UsageError("--timing needs a table [cost] in ldc.toml: without one nothing takes time")
     machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)
     if options.realtime:
@@ -126,12 +137,12 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
 
         return run_realtime.run(options, sources, result, machine, beat, file, bindings, events)
     if is_system(result) or options.events:
-        return _run_system(options, sources, result, machine, beat, file, bindings, events)
+        return _run_system(options, sources, result, machine, beat, file, bindings, events, cost)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
     with attached(options, sources, result, machine, names) as beside:  # may set the time of the machine
-        timing = timing_of(machine, sources.manifest, cost) if cost else None
+        timing = times.tasks(machine, sources.manifest, cost) if cost else None
         execute = timing.scan if timing else machine.scan
         powers = Powers(machine, result.units) if _stepped(options, sources) else None
         table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
@@ -145,7 +156,7 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
                 beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     if timing:
-        tell(timing.rows(), options.timing)
+        times.tell(timing.rows(), options.timing)
     return report((fault.diagnostic() for fault in machine.faults), locator(result))
 
 
@@ -156,16 +167,19 @@ def is_system(result: pipeline.Compiled) -> bool:
 
 
 def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-                beat: Action, file: BinaryIO | None, bindings: tuple[Binding, ...], events: BinaryIO | None) -> int:
+                beat: Action, file: BinaryIO | None, bindings: tuple[Binding, ...], events: BinaryIO | None,
+                cost: Cost | None) -> int:
     """As ``_run``, of master, slaves and plant."""
     from ldc.cli import system as systems  # loads what a machine alone does not need
+    from ldc.cli import timing as times
 
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
     with attached(options, sources, result, machine, names) as beside, \
             systems.recorded(options.events, events) as record:
-        whole = systems.system(result, machine, bindings, record)
+        watchdogs = times.watchdogs_of(machine, sources.manifest) if cost else None
+        whole = systems.system(result, machine, bindings, record, cost=cost, watchdogs=watchdogs)
         table = LiveTable(machine, names, scans, None, whole.scan) if _live(options) else None
         with displayed(options.trace, machine, names, table, file, whole.scan) as (scan, sample):
             beat()
@@ -176,6 +190,8 @@ def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.
                 beside.scanned()
                 beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
+    if cost:
+        times.tell(whole.rows(), options.timing)
     return report((fault.diagnostic() for fault in whole.faults), locator(result))
 
 
@@ -194,6 +210,8 @@ def start(
         return native.machine(result, number, period, bindings)
     bindings = native_code(result) if bindings is None else bindings
     if cost is not None:
+        from runtime.vm import paced  # loads what only a run with [cost] needs
+
         return paced.Machine(result.program, number, period, bindings, cost=cost)
     return vm.Machine(result.program, number, period, bindings)
 

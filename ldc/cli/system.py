@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from ldc.cli.plant import Plant
 from ldc.il.coordination import Coordination, Module
 from ldc.il.external import Binding
 from ldc.il.placement import Placed, placed, points
+from runtime.cost import Cost
 from runtime.field import Field, field_size
 from runtime.machine import Machine
 from runtime.master.wiring import Wiring
@@ -72,8 +73,10 @@ def placement(result: pipeline.Compiled) -> tuple[Placed, ...]:
 
 
 def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tuple[Binding, ...],
-           events: Events | None = None, seen: Callable[[Entry], None] | None = None) -> System:
-    """The system of a compiled project around its master. ``seen``: as of ``System``. Raises Invalid."""
+           events: Events | None = None, seen: Callable[[Entry], None] | None = None,
+           cost: Cost | None = None, watchdogs: Mapping[str, int] | None = None) -> System:
+    """The system of a compiled project around its master. ``seen``, ``cost``, ``watchdogs``: as of ``System``.
+    Raises Invalid."""
     algorithms, said = placement(result), together(result)
     places = points(result.program, algorithms)
     field = Field(bytearray(field_size(places)), places)
@@ -81,4 +84,5 @@ def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tu
     local = {pin.path.upper() for p in algorithms for pin in p.local}
     return System(runner, algorithms, makers(result.program, bindings), said, field, plant=plant,
                   plant_ns=said.plant.step_ns if said.plant else 1_000_000,
-                  wiring=Wiring(field, sorted(field.asked - local)), events=events, seen=seen)
+                  wiring=Wiring(field, sorted(field.asked - local)), events=events, seen=seen,
+                  cost=cost, watchdogs=watchdogs)

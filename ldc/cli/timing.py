@@ -18,13 +18,14 @@ _TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed",
            "load %")
 
 
-def cost_of(manifest: Manifest | None) -> Cost | None:
-    """What `[cost]` says; None without that table."""
-    return Cost(**manifest.cost) if manifest and manifest.cost is not None else None
+def cost_of(manifest: Manifest) -> Cost:
+    """What `[cost]` says."""
+    return Cost(**manifest.cost or {})
 
 
-def timing_of(machine: Machine, manifest: Manifest, cost: Cost) -> Timing:
-    """The tasks of a machine with their watchdogs. Raises Invalid for a watchdog of a task that is none."""
+def watchdogs_of(machine: Machine, manifest: Manifest) -> dict[str, int]:
+    """What executions of its tasks may take in ns, by name in capitals. Raises Invalid for a watchdog of a task
+    that is none."""
     known = {schedule.task.name.upper(): schedule.task.name for schedule in machine.schedules}
     here = machine.program.resources[machine.resource].processor
     watchdogs, diagnostics = {}, Diagnostics()
@@ -38,7 +39,12 @@ def timing_of(machine: Machine, manifest: Manifest, cost: Cost) -> Timing:
         watchdogs[task.name.upper()] = task.watchdog
     if diagnostics.has_errors:
         raise Invalid(diagnostics)
-    return Timing(machine, cost, watchdogs)
+    return watchdogs
+
+
+def tasks(machine: Machine, manifest: Manifest, cost: Cost) -> Timing:
+    """The tasks of a machine as threads. Raises Invalid."""
+    return Timing(machine, cost, watchdogs_of(machine, manifest))
 
 
 def tell(found: Sequence[Row], target: str | None) -> None:

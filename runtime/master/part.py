@@ -7,13 +7,13 @@ the part calls it, in virtual time or in a process of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
 from ldc.il.placement import Placed
 from runtime import units
-from runtime.machine import Machine
+from runtime.machine import Machine, Schedule
 from runtime.master.mail import Mail
 from runtime.master.modules import Life, Modules
 from runtime.master.proxy import Proxy, Told
@@ -95,6 +95,16 @@ class MasterPart:
         """One scan."""
         self._begin()
         self.runner.scan()
+        self._end()
+
+    def pieces(self, execution: Callable[[Schedule, int], Iterator[int]], now_ns: int) -> Iterator[int]:
+        """One scan of code that takes time, piece by piece, and what each cost in ns. Whoever counts the scans
+        ends that of the machine. ``execution``: of a task; ``now_ns``: what timers see."""
+        self._begin()
+        machine = self.machine
+        for pieces in [execution(schedule, now_ns) for schedule in machine.begin()]:
+            yield from pieces
+        machine.settle()
         self._end()
 
     def _begin(self) -> None:

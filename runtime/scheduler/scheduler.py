@@ -70,6 +70,11 @@ class Scheduler:
         return self._processors[processor].threads[name]
 
     @property
+    def threads(self) -> tuple[tuple[Thread, ...], ...]:
+        """Those of each processor."""
+        return tuple(tuple(on.threads.values()) for on in self._processors)
+
+    @property
     def next_ns(self) -> int | None:
         """When something happens next; None: never, unless an event comes."""
         return self.now_ns if self._turns else self._agenda[0][0] if self._agenda else None
