@@ -94,17 +94,20 @@ class Beat:
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
-    goes where this process prints to. An interrupt from the keyboard reaches both."""
+    goes where this process prints to. An interrupt from the keyboard reaches both, SIGTERM is passed on."""
     memory = mmap.mmap(-1, _SIZE)
     child = os.fork()
     if child == 0:
         _exit_with(work, memory)
+    before = signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))
     try:
         return _watched(child, memory, hang)
     except BaseException:
         _kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         raise
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:

@@ -9,12 +9,11 @@ import argparse
 import sys
 
 from ldc.cli import link, modules, shipped
-from ldc.cli.compiling import compiled
+from ldc.cli.compiling import compiled, native_code
 from ldc.cli.console import Failure, report, say
 from ldc.cli.inputs import read
 from ldc.cli.run import resource_to_run
 from ldc.diagnostics import Invalid
-
 from ldc.il import image as il_image
 from ldc.manifest import Sources
 from ldc.render import plural, visible
@@ -66,14 +65,17 @@ def _stage(options: argparse.Namespace, sources: Sources) -> int:
 
 def _made(options: argparse.Namespace, sources: Sources, running: Answer) -> Stage:
     """The message that brings a program: its symbols lie where they lie in the running one."""
-    state, before = running.state, il_image.load(running.image)
-    result = compiled(sources, previous=before.layout)
+    state = running.state
+    result = compiled(sources, previous=il_image.layout_of(running.image))
     message = Stage(image=result.image.data, sources=list(shipped.texts_of(sources)),
                     base=_base(options.expect, state), owner=link.owner_of(options.sources))
-    if state.engine == "native" and not result.natives:
+    bindings = native_code(result)
+    message.components = [wire.Part(b.unit, b.entry, b.library.read_bytes(), b.size,
+                                    [(s.name, s.offset, s.written) for s in b.shared]) for b in bindings]
+    if state.engine == "native":
         from ldc.cli import native  # loads cffi and jinja2
 
-        made = native.artifact(result, state.resource, areas=state.areas)
+        made = native.artifact(result, state.resource, areas=state.areas, bindings=bindings)
         message.library = made.path.read_bytes()
         message.parts = [(name, list(firsts)) for name, firsts in made.plan.map]
         message.areas = dict(made.plan.block.areas)

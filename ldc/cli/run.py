@@ -94,7 +94,8 @@ def _check_options(options: argparse.Namespace) -> None:
     if alone:
         raise UsageError(f"{alone[0]} goes with --online")
     if options.timing and (options.online or options.target or options.realtime):
-        raise UsageError("--timing tells of virtual time, which neither --online, --realtime nor a --target has")
+        raise UsageError(
+            "--timing tells of virtual time, which neither --online, --realtime nor a --target has")
     if options.realtime and (options.online or options.target):
         raise UsageError("--realtime runs on this computer, and without --online, which keeps time by itself")
     if options.plot and not options.realtime:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import hashlib
+import secrets
+from contextlib import ExitStack
 from pathlib import Path
 
 from ldc.diagnostics import Invalid
 from ldc.il import block
 from ldc.il import image as il_image
+from ldc.il.external import Binding, Shared
+from ldc.il.program import Program
 from runtime.machine import Machine
 from runtime.native.library import Code
 from runtime.native.machine import Machine as Native
 from runtime.online import findings
 from runtime.online.controller import Loaded
-from runtime.online.wire import Stage
+from runtime.online.wire import Part, Stage
 from runtime.vm.machine import Machine as Virtual
+
+_WINDOW = 16 << 20
+"""Bytes of globals that a component may see."""
 
 
 def engine_of(machine: Machine) -> str:
@@ -29,14 +35,11 @@ def areas_of(machine: Machine) -> dict[str, int]:
 
 def load(message: Stage, running: Machine, folder: Path) -> Loaded:
     """A machine for what was sent, of the engine, resource and base tick of the running one. ``folder``:
-    for its shared object. Raises Invalid (LD0826) for whatever cannot be loaded: it comes from outside."""
+    for its shared objects. Raises Invalid (LD0826) for whatever cannot be loaded: it comes from outside."""
     try:
         image = il_image.load(message.image)
         if running.resource >= len(image.program.resources):
             raise findings.refused(findings.unusable("it has no program for the processor that runs"))
-        if any(unit.external is not None for unit in image.program.units):
-            raise findings.refused(findings.unusable(
-                "it calls components in C or C++, which are bound at a start"))
         machine = _machine(message, image, running, folder)
     except Invalid:
         raise
@@ -47,16 +50,41 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
 
 def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Path) -> Machine:
     program, number, period = image.program, running.resource, running.period_ns
-    if not isinstance(running, Native):
-        return Virtual(program, number, period)
-    if message.library is None:
-        raise findings.refused(findings.unusable("it has no native code, and the runtime runs nothing else"))
-    # A name of its own for every content: a loader that knows a path does not look at it again.
-    path = folder / f"program-{hashlib.sha256(message.library).hexdigest()[:24]}.so"
-    path.write_bytes(message.library)
-    try:
+    with ExitStack() as files:
+        bindings = _bindings(message, program, folder, files)
+        if not isinstance(running, Native):
+            return Virtual(program, number, period, bindings)
+        if message.library is None:
+            raise findings.refused(findings.unusable(
+                "it has no native code, and the runtime runs nothing else"))
+        path = _placed(message.library, folder, files)
         memory = block.make(program, image.layout, number, message.areas)
         parts = tuple((name, tuple(firsts)) for name, firsts in message.parts)
-        return Native(program, number, period, native=Code(path, memory, parts))
-    finally:
-        path.unlink()
+        return Native(program, number, period, native=Code(path, memory, parts, bindings))
+
+
+def _bindings(message: Stage, program: Program, folder: Path, files: ExitStack) -> tuple[Binding, ...]:
+    """The components of the program, in the order of their numbers. Raises Invalid when one was not sent."""
+    sent = {part.unit.upper(): part for part in message.components}
+    units = [unit.name for unit in program.units if unit.external is not None]
+    missing = [name for name in units if name.upper() not in sent]
+    if missing:
+        raise findings.refused(findings.unusable(f"the code of component `{missing[0]}` is not with it"))
+    return tuple(_binding(sent[name.upper()], program, folder, files) for name in units)
+
+
+def _binding(part: Part, program: Program, folder: Path, files: ExitStack) -> Binding:
+    types = {variable.name.upper(): variable.type for variable in program.globals}
+    shared = tuple(Shared(name, types[name.upper()], at, written) for name, at, written in part.shared)
+    if any(not 0 <= s.offset <= part.size <= _WINDOW for s in shared):
+        raise ValueError(f"the globals of `{part.unit}` lie outside of its window")
+    return Binding(part.unit, _placed(part.library, folder, files), part.entry, part.size, shared)
+
+
+def _placed(library: bytes, folder: Path, files: ExitStack) -> Path:
+    """A file with these bytes until all is loaded: what is mapped needs its name no more. A new file for
+    every load, since a loader that knows a file gives the code, and the variables, that it has of it."""
+    path = folder / f"staged-{secrets.token_hex(12)}.so"
+    files.callback(path.unlink, missing_ok=True)
+    path.write_bytes(library)
+    return path

@@ -6,6 +6,7 @@ thread that runs them (``serve``).
 
 from __future__ import annotations
 
+import gc
 import os
 import queue
 import socket
@@ -162,7 +163,7 @@ class Server:
             old = controller.running
             new = load(request, old.machine, self.path.parent)
             staged = prepare(old, new, request.base, request.owner, self._limits)
-
+            gc.freeze()  # a program lives long: walking it whenever garbage is looked for would hold up scans
             self._between(lambda: controller.stage(staged))
             return self._changes(staged)
         finally:

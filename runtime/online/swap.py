@@ -1,8 +1,8 @@
 """Carrying the state from one machine to another of the same engine, as a plan says (DESIGN section 7).
 
-What can be done before is done when the change is staged, beside the scans. In a virtual machine that is most:
-a program that does not run has the values that the running one had some time ago, and only those that are
-others now are copied between two scans. Native memory is copied as a few runs of bytes.
+What can be done before is done when the change is staged, beside the scans. In a virtual machine that is
+most: a program that does not run has the values that the running one had some time ago, and only those that
+are others now are copied between two scans. Native memory is copied as a few runs of bytes.
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ class Moves:
 
 def moves(old: Machine, new: Machine, there: Plan, back: Plan) -> Moves:
     """Ways to and fro; ``new`` has not run, and nothing but these may write to it while it does not. The
-    machines are of one engine. Objects (arrays, instances) belong to both afterwards; only one of them may run.
-    """
+    machines are of one engine. Objects (arrays, instances) belong to both afterwards; only one may run."""
     if isinstance(old, vm.Machine) and isinstance(new, vm.Machine):
         fresh = _fresh_cells(new, there)
         to, fro = _Cells(old, new, there), _Cells(new, old, back)
@@ -95,8 +94,8 @@ class _Cells:
         self._mirror: _Cells | None = None
 
     def mirror(self, other: _Cells) -> None:
-        """``other`` goes the other way: when it has copied, both sides have the same, except for what does not
-        go there and back between the same two names."""
+        """``other`` goes the other way: when it has copied, both sides have the same, except for what does
+        not go there and back between the same two names."""
         self._mirror = other
         known = {(name, to) for to, name in other.pairs}
         self._odd = [number for number, pair in enumerate(self.pairs) if pair not in known]

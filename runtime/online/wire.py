@@ -40,10 +40,22 @@ class Report(_Request, tag="report"):
     """What the staged program would do to each symbol."""
 
 
+class Part(msgspec.Struct, forbid_unknown_fields=True):
+    """The compiled code of a component: ``library`` is a shared object that exports ``entry`` and takes
+    ``size`` bytes with the globals ``shared``: name, offset, whether it is written (``Binding``)."""
+
+    unit: str
+    entry: str
+    library: bytes
+    size: int = 0
+    shared: list[tuple[str, int, bool]] = []
+
+
 class Stage(_Request, tag="stage"):
     """A program, compiled for the running one with the digest ``base``. ``library`` and ``parts``: native
     code and the places of its faults, None and empty for the virtual machine; ``areas``: bytes of I, Q and M
-    in its memory. ``owner``: a secret of the client, by which it is known again."""
+    in its memory. ``components``: the code of those in C and C++. ``owner``: a secret of the client, by which
+    it is known again."""
 
     image: bytes
     sources: list[tuple[str, str]]
@@ -52,6 +64,7 @@ class Stage(_Request, tag="stage"):
     library: bytes | None = None
     parts: list[tuple[str, list[int]]] = []
     areas: dict[str, int] = {}
+    components: list[Part] = []
 
 
 class Act(_Request, tag="act"):
