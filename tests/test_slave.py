@@ -187,9 +187,10 @@ def test_a_number_that_cannot_be_sent_is_an_error(tmp_path: Path) -> None:
     rig.send(PATH, Command.START, **GO)
     rig.run(3)
     rig.field.writer(f"{PATH}.measured")(-6.0)
-    rig.told(PATH)
+    before = rig.told(PATH)[-1]
     rig.run(3)
-    assert [(t["position"], t["error"], t["AFS"]) for t in rig.told(PATH)] == [(0.0, 6, Algorithm.ERROR)]
+    (told,) = rig.told(PATH)
+    assert told == before | {"error": 6, "AFS": Algorithm.ERROR}  # with the outputs as they were
     assert rig.slaves[0].executing == 0
     rig.sound()
 

@@ -27,6 +27,7 @@ NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
 """What ``error`` becomes for a local input that is no number, or outside of its range (SPEC 2.4)."""
 
 _ALONE, _IT = "ALONE", "it"
+_MOST = 0xFFFFFFFF
 
 
 class AlgorithmFault(Exception):
@@ -171,9 +172,11 @@ class NativeAlgorithm:
                 setattr(given, name, value)
             else:
                 error = OUT_OF_RANGE if value == value else NOT_A_NUMBER
-        made.error = error
+        if error or self.error:
+            made.error = error
         if not error:
-            self._entry(given, made, self._kept, min(dt_ns // 1000, 0xFFFFFFFF))
+            microseconds = dt_ns // 1000
+            self._entry(given, made, self._kept, microseconds if microseconds < _MOST else _MOST)
             error = made.error
         self.error = error
         for write, name, _ in self._writes:

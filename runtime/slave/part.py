@@ -37,7 +37,7 @@ from runtime.protocol.profile import U_STAR, Link, Profile, channel
 from runtime.protocol.receiver import Delivered
 from runtime.protocol.sender import Fault
 from runtime.slave.algorithm import NOT_A_NUMBER, AlgorithmFault, Maker
-from runtime.slave.slot import Slot, executing, sendable
+from runtime.slave.slot import Slot, executing
 from runtime.units import UnitEvent
 
 _TICK = 1_000_000
@@ -300,15 +300,15 @@ class SlavePart:
 
     def _feed(self, slot: Slot) -> None:
         """A.FEEDBACK: the values of now, as soon as the link is free."""
-        if all(map(sendable, slot.algorithm.outputs())):
-            data = slot.message()
-        else:
+        values = slot.feedback()
+        if values is None:
             if slot.live:
                 self._error(slot, NOT_A_NUMBER)
             elif not slot.error:
                 slot.error = NOT_A_NUMBER
                 slot.enter(State.ERROR)
-            data = slot.wrong()
+            values = slot.sent[:-2] or tuple(0 for _ in slot.placed.feedback[:-2])
+        data = slot.message(values)
         slot.endpoint.send(slot.placed.aid, Command.UPDATE, data)
         slot.tell = False
         self._open |= slot.mask

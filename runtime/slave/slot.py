@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Iterable
+from itertools import chain
 
 from ldc.il.areas import areas
 from ldc.il.placement import Placed, PlacedPin, same_body
@@ -78,20 +78,19 @@ class Slot:
         self._memory.data.write(_AD + self.placed.ad, b"".join(map(_word, pins, values)))
         self.algorithm.take(values)
 
-    def message(self) -> bytes:
-        """The data of the feedback of now; ``sendable`` was asked before."""
-        self.sent = *self.algorithm.outputs(), self.error, int(self.state)
-        return self._packed(self.sent)
+    def feedback(self) -> tuple[bool | int | float, ...] | None:
+        """The outputs of now; None when one is a number that P does not send: none, or infinite."""
+        values = self.algorithm.outputs()
+        for n in self._fed.layout.floats:
+            if not -_F32 < values[n] < _F32:
+                return None
+        return values
 
-    def wrong(self) -> bytes:
-        """The same when an output cannot be sent: 0 in its place."""
-        values = (v if sendable(v) else 0.0 for v in self.algorithm.outputs())
+    def message(self, values: tuple[bool | int | float, ...]) -> bytes:
+        """The data of a feedback with these outputs."""
         self.sent = *values, self.error, int(self.state)
-        return self._packed(self.sent)
-
-    def _packed(self, values: tuple) -> bytes:
         layout = self._fed.layout
-        return layout.words.pack(*[x for pair in zip(layout.pids, values, strict=True) for x in pair])
+        return layout.words.pack(*chain.from_iterable(zip(layout.pids, self.sent, strict=True)))
 
     def goes_on(self, new: Placed, maker: Maker) -> bool:
         """Whether the algorithm of another placement is this one: same place, same pins, same body."""
@@ -104,11 +103,6 @@ class Slot:
 def executing(memory: Memory) -> int:
     """AFE of a slave: the algorithms that execute, a bit a slot."""
     return memory.bits.load(_AFE)
-
-
-def sendable(value: bool | int | float) -> bool:
-    """P sends no number that is none or infinite."""
-    return not isinstance(value, float) or math.isfinite(value) and abs(value) < _F32
 
 
 def _word(pin: PlacedPin, value: float) -> bytes:
