@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.processors.cases import CASE_ONE, CASE_TWO, CASES, VISUAL_FLOW, Case, Mark, Repeated, violations
+from runtime.processors.cases import (
+    CASE_ONE, CASE_TWO, CASES, VISUAL_FLOW, Case, Mark, Overlap, Repeated, violations)
 from runtime.units import UNITS, UnitEvent, named
 
 ROLES = {"module 1": 0, "module 2": 1, "algorithm 1": 11, "algorithm 2": 12, "message": 64, "module": 0,
@@ -120,6 +121,8 @@ def test_an_empty_trace_and_one_backwards_show_nothing(case: Case, text: str) ->
     (CASE_ONE, ONE, ("A.END 11\n", "A.START 12\nA.END 11\n"),
      "A.START(algorithm 2) at 12000000 ns is before C.FEEDBACK(algorithm 1, end)"),
     (CASE_ONE, ONE, ("C.FEEDBACK 12 end", "C.FEEDBACK 12"), "C.FEEDBACK(algorithm 2, end) never happens"),
+    (CASE_ONE, ONE, ("A.FEEDBACK 11\nC.FEEDBACK 11\n", "C.FEEDBACK 11\nA.FEEDBACK 11\n"),
+     "C.FEEDBACK(algorithm 1) at 7000000 ns has no A.FEEDBACK(algorithm 1) before it"),
     (CASE_TWO, TWO, ("C.BCAST 64\nC.MSG 64\n", "C.MSG 64\nC.BCAST 64\n"), "C.MSG(message) happens at"),
     (CASE_TWO, TWO, ("C.MSG 64", "C.MSG 65"), "C.MSG(message) never happens"),
     (CASE_TWO, TWO, ("A.EXEC 12\nA.END 11\n", "A.END 11\nA.EXEC 12\n"), "do not overlap"),
@@ -134,13 +137,24 @@ def test_bad_traces_are_told_in_words(case: Case, text: str, change: tuple[str, 
     assert any(words in line for line in told), told
 
 
-def test_a_repetition_that_is_wanted() -> None:
+@pytest.mark.parametrize(("units", "told"), [
+    ("a b c b c d", []), ("a b b c c d", []), ("x b a b c b b c d c", []),
+    ("a b c d", ["b < c happens 1 times, 2 are wanted, after a at 0 ns"]),
+    ("a b c b d c", ["b < c happens 1 times, 2 are wanted, after a at 0 ns"]),
+    ("a b c c b d", ["c at 3000000 ns has no b before it, after a at 0 ns"]),
+])
+def test_a_repetition(units: str, told: list[str]) -> None:
     case = Case("c", ((Mark("a"), Repeated((Mark("b"), Mark("c")), 2), Mark("d")),))
-    assert violations(case, trace("a\nb\nc\nb\nc\nd"), {}) == []
-    assert violations(case, trace("a\nb\nc\nd"), {}) == [
-        "b < c happens 1 times after c at 2000000 ns, 2 are wanted"]
-    assert violations(case, trace("a\nb\nc\nb\nd\nc"), {}) == [
-        "d happens at 4000000 ns, and not after c at 5000000 ns"]
+    assert violations(case, trace(units.replace(" ", "\n")), {}) == told
+
+
+def test_an_end_at_the_time_of_the_begin_is_no_overlap() -> None:
+    def both(begin: int) -> list[str]:
+        events = [UnitEvent(0, "", "a"), UnitEvent(begin, "", "c"), UnitEvent(5, "", "b"), UnitEvent(9, "", "d")]
+        overlap = Overlap((Mark("a"), Mark("b")), (Mark("c"), Mark("d")))
+        return violations(Case("c", (), overlaps=(overlap,)), events, {})
+
+    assert both(4) == [] and both(5) == ["a to b and c to d do not overlap: 0 ns"]
 
 
 marks = st.sampled_from("abcd").map(Mark)

@@ -200,6 +200,26 @@ def test_a_reset_begins_with_the_first_step() -> None:
     assert rig.customised.cycles == 0
 
 
+@given(st.lists(st.sampled_from(["control", "execute", "execute", "end"]), min_size=30, max_size=60))
+def test_threads_may_run_as_often_as_they_like(turns: list[str]) -> None:
+    """The four phases keep them together: every step is taken once, in order, and none while another runs."""
+    rig = Rig(steps("clamp", "inject", "cool"))
+    running: int | None = None
+    for turn in turns:
+        if turn == "execute":
+            rig.customised.execute()
+        elif turn == "end" and running is not None:
+            rig.memory.bits.clear(*rig.lcf(running))
+            running = None
+        elif turn == "control":
+            for event in rig.customised.control():
+                if isinstance(event, Started):
+                    assert running is None
+                    running = event.module
+                    rig.started.append(running)
+    assert rig.started == [n % 3 for n in range(len(rig.started))]
+
+
 programs = st.lists(st.sampled_from(NAMES), max_size=7).map(lambda names: steps(*names))
 
 

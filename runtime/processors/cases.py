@@ -10,7 +10,7 @@ C.DEFRAME clears it; who sets a start bit is seen by C.START, and C.END clears i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -46,9 +46,14 @@ class Mark:
         return f"{self.unit}({about})" if about else self.unit
 
 
+Matches = Callable[[Mark, Event], bool]
+First = Callable[..., int | None]
+
+
 @dataclass(frozen=True, slots=True)
 class Repeated:
-    """The marks in their order, ``least`` times or more, before the next item of the case happens."""
+    """The marks in their order, ``least`` times or more, before the next mark of the case happens: each time one
+    happens, the one before it has happened at least as often."""
 
     marks: tuple[Mark, ...]
     least: int = 0
@@ -136,7 +141,7 @@ def violations(case: Case, trace: Sequence[Event], roles: dict[str, int | tuple[
 
     found: list[str] = []
     for chain in case.chains:
-        found += _chain(chain, trace, first)
+        found += _chain(chain, trace, first, matches)
     for late, early in case.never:
         at, bound = first(late), first(early)
         if at is not None and (bound is None or at < bound):
@@ -150,7 +155,8 @@ def violations(case: Case, trace: Sequence[Event], roles: dict[str, int | tuple[
     return found
 
 
-def _chain(chain: Sequence[Mark | Repeated], trace: Sequence[Event], first) -> list[str]:
+def _chain(chain: Sequence[Mark | Repeated], trace: Sequence[Event], first: First, matches: Matches
+           ) -> list[str]:
     """Walks the trace once: the earliest event that fits each mark leaves most room for those behind it."""
     at, after = 0, "the begin"
     for number, item in enumerate(chain):
@@ -161,35 +167,36 @@ def _chain(chain: Sequence[Mark | Repeated], trace: Sequence[Event], first) -> l
             at, after = place + 1, f"{item} at {trace[place].time_ns} ns"
             continue
         following = next((i for i in chain[number + 1 :] if isinstance(i, Mark)), None)
-        times = 0
-        while True:
-            end = None if following is None else first(following, at)
-            places, start = [], at
-            for mark in item.marks:
-                place = first(mark, start)
-                if place is None or end is not None and times >= item.least and place > end:
-                    places = []
-                    break
-                places.append(place)
-                start = place + 1
-            if not places:
-                break
-            times += 1
-            at, after = start, f"{item.marks[-1]} at {trace[start - 1].time_ns} ns"
-        if times < item.least:
-            words = " < ".join(map(str, item.marks))
-            return [f"{words} happens {times} times after {after}, {item.least} are wanted"]
+        end = None if following is None else first(following, at)
+        wrong = _repeated(item, trace[at:end], matches)
+        if wrong:
+            return [f"{wrong} after {after}"]
     return []
 
 
-def _missing(mark: Mark, after: str, trace: Sequence[Event], first) -> str:
+def _repeated(item: Repeated, trace: Sequence[Event], matches: Matches) -> str:
+    """What of a repetition is wrong in its part of the trace: one of its marks comes more often than the one
+    before it has, or there are too few of them."""
+    counts = [0] * len(item.marks)
+    for event in trace:
+        for number, mark in enumerate(item.marks):
+            if matches(mark, event):
+                counts[number] += 1
+                if number and counts[number] > counts[number - 1]:
+                    return f"{mark} at {event.time_ns} ns has no {item.marks[number - 1]} before it,"
+    if counts[-1] < item.least:
+        return f"{' < '.join(map(str, item.marks))} happens {counts[-1]} times, {item.least} are wanted,"
+    return ""
+
+
+def _missing(mark: Mark, after: str, trace: Sequence[Event], first: First) -> str:
     place = first(mark)
     if place is None:
         return f"{mark} never happens (wanted after {after})"
     return f"{mark} happens at {trace[place].time_ns} ns, and not after {after}"
 
 
-def _overlap(overlap: Overlap, trace: Sequence[Event], first) -> list[str]:
+def _overlap(overlap: Overlap, trace: Sequence[Event], first: First) -> list[str]:
     ends = []
     for begin, end in (overlap.first, overlap.second):
         start = first(begin)
