@@ -1,9 +1,10 @@
-"""Tasks that take virtual time: costs of rungs, pre-emption between rungs, watchdogs, figures of `ldc run`."""
+"""Tasks that take virtual time: costs of rungs, pre-emption, watchdogs, figures of `ldc run`."""
 
 from __future__ import annotations
 
 import csv
 import io
+import shutil
 from pathlib import Path
 
 import native
@@ -22,6 +23,7 @@ from runtime.vm.machine import Machine
 from runtime.vm.paced import Machine as PacedMachine
 
 MS = 1_000_000
+SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 GO = Place("%IX0.0", BOOL, is_global=True)
 
 
@@ -236,6 +238,24 @@ def test_the_same_run_is_the_same_file(project: Path, capsys) -> None:
         assert main(["run", ".", "--scans", "50", "--timing", "-", "--trace", "x.csv"]) == 0
         shown.append(capsys.readouterr().out)
     assert shown[0] == shown[1] and shown[0].startswith("processor,task,executions,")
+
+
+@native.needs_gcc
+@pytest.mark.parametrize(("cost", "overruns"), [("3us", 0), ("20us", 30)])
+def test_a_master_with_slaves_takes_time_too(tmp_path: Path, monkeypatch, cost: str, overruns: int) -> None:
+    """A scan of about 840 instructions; in time it does what it does at once, else every other scan is missed."""
+    shutil.copytree(SAMPLES / "injection_machine", tmp_path / "machine")
+    monkeypatch.chdir(tmp_path / "machine")
+    assert main(["run", ".", "--scans", "60", "--trace", "before.csv"]) == 0
+    with Path("ldc.toml").open("a", encoding="utf-8") as file:
+        file.write(f'\n[cost]\ninstruction = "{cost}"\n')
+    assert main(["run", ".", "--scans", "60", "--trace", "after.csv", "--timing", "t.csv"]) == 0
+    text = Path("t.csv").read_text(encoding="utf-8")
+    rows = {row["task"]: row for row in csv.DictReader(io.StringIO(text)) if row["processor"] == "master"}
+    assert int(rows["control"]["overruns"]) == int(rows["control"]["missed"]) == overruns
+    if not overruns:
+        assert Path("before.csv").read_bytes() == Path("after.csv").read_bytes()
+    assert len(Path("after.csv").read_text(encoding="utf-8").splitlines()) == 61
 
 
 def test_timing_without_a_cost_is_refused(project: Path, capsys) -> None:
