@@ -220,6 +220,6 @@ def _values(entry: Entry, leaf: Leaf) -> list[object] | None:
         found.append(value)
     if at != len(entry.data):
         raise ValueError(f"{leaf.path} has {len(entry.data)} bytes, {at} are its values")
-    if isinstance(leaf.type, Subrange) and not all(leaf.type.low <= value <= leaf.type.high for value in found):
-        return None
-    return found
+    type_ = leaf.type
+    fits = not isinstance(type_, Subrange) or all(type_.low <= value <= type_.high for value in found)
+    return found if fits else None

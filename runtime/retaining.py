@@ -1,8 +1,8 @@
 """When a run saves what is retained: at the first scan boundary after each interval, and at its end.
 
 In virtual time a save is made where it is due. Scans that have their time must not wait for a disk: a copy
-is taken between two scans, and a thread of its own makes and writes the save; when the disk is slower than the
-interval, the newest copy is written next and those before it are left out.
+is taken between two scans, and a thread of its own makes and writes the save; when the disk is slower than
+the interval, the newest copy is written next and those before it are left out.
 """
 
 from __future__ import annotations

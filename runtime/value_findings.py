@@ -14,12 +14,12 @@ def _one(code: str, message: str, help: str) -> Diagnostic:
 def no_value(action: str, path: str, why: object) -> Diagnostic:
     """``action``: force, set, read, trace; ``why``: of the path or of the value."""
     return _one("LD0855", f"cannot {action} `{path[:100]}`: {why}",
-                "name one value, as in `motor`, `warm.Q`, `conveyor.warm.Q` or `%QX0.0`, and give it what its "
-                "type takes")
+                "name one value, as in `motor`, `warm.Q`, `conveyor.warm.Q` or `%QX0.0`, and give it what "
+                "its type takes")
 
 
 def force_lost(path: str, old: object, new: object | None) -> Diagnostic:
-    what = "is not in the new program" if new is None else f"is {old} in the running program and {new} in the new one"
+    what = f"is {old} in the running program and {new} in the new one" if new else "is not in the new program"
     return _one("LD0856", f"`{path}` is forced and {what}", "let it go with `ldc online unforce` first")
 
 

@@ -271,8 +271,8 @@ def test_what_users_type_from_another_terminal(engine: str, tmp_path: Path, monk
         assert all(row.endswith(",7,1") for row in rows)
         scans = [int(row.split(",")[0]) for row in rows]
         assert scans == sorted(set(scans))
-        assert main(["online", "trace", "--watch", "n,q", "--trigger", "n > 5", "--before", "3", "--after", "4",
-                     "-o", "out.csv"]) == 0
+        assert main(["online", "trace", "--watch", "n,q", "--trigger", "n > 5", "--before", "3", "--after",
+                     "4", "-o", "out.csv"]) == 0
         assert len(Path("out.csv").read_text(encoding="utf-8").splitlines()) in range(6, 10)
         assert main(["online", "unforce"]) == 2 and main(["online", "unforce", "a", "--all"]) == 2
         assert main(["online", "unforce", "--all"]) == 0
@@ -321,12 +321,13 @@ def test_warm_cold_and_origin(tmp_path: Path, monkeypatch, capsys) -> None:
 
     assert [last(), last(), last("--start", "warm")] == ["3", "6", "9"]
     assert last("--start", "cold", "--force", "n=8") == "8"
-    assert Store(Path("kept.before")).load(Diagnostics()).entries[0].data[0] == 9, "the save before a cold start is there"
+    before = Store(Path("kept.before")).load(Diagnostics())
+    assert before.entries[0].data[0] == 9, "the save before a cold start is there"
     assert last() == "11"
     assert last("--start", "origin") == "3" and not Path("kept.before").exists()
 
 
-def test_a_cold_start_leaves_the_whole_one_of_two_files_until_the_second_save(tmp_path: Path, monkeypatch) -> None:
+def test_a_cold_start_leaves_the_whole_one_of_two_files(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.ld").write_text(TEXT, encoding="utf-8")
     assert run("--retain", "kept") == 0 == run("--retain", "kept")
@@ -378,8 +379,9 @@ def test_a_disk_that_fails_is_told_and_the_program_runs_on(tmp_path: Path, monke
 
 
 @pytest.mark.parametrize("arguments", [
-    ["--start", "cold"], ["--retain-every", "1s"], ["--ring", "o.csv"], ["--trigger", "a rises"], ["--before", "3"],
-    ["--retain", "kept", "--target", "cortex-m3"], ["--force", "a=1", "--target", "cortex-m3"]])
+    ["--start", "cold"], ["--retain-every", "1s"], ["--ring", "o.csv"], ["--trigger", "a rises"],
+    ["--before", "3"], ["--retain", "kept", "--target", "cortex-m3"],
+    ["--force", "a=1", "--target", "cortex-m3"]])
 def test_options_that_mean_nothing_together(arguments: list[str], tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.ld").write_text(TEXT, encoding="utf-8")

@@ -134,9 +134,10 @@ def test_what_another_program_cannot_hold_is_told() -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(st.tuples(st.sampled_from(("set", "force", "free", "scan", "keep")), st.booleans()), max_size=25))
+@given(st.lists(st.tuples(st.sampled_from(("set", "force", "free", "scan", "keep")), st.booleans()),
+                max_size=25))
 def test_an_input_reads_as_forced_and_else_as_it_was_last_set(steps) -> None:
-    """Against a model of two values; a checkpoint in between, as a test of a change takes it, alters nothing."""
+    """Against a model of two values; a checkpoint, as a test of a change takes it, alters nothing."""
     machine, outside, forced = SHARED, False, None
     machine.forces.rows.clear()
     machine.set("a", False)
@@ -190,4 +191,5 @@ def test_what_is_no_path_is_told(path: str) -> None:
         TYPED.symbols.find(path)
 
 
-TYPED = loaded(TEXT.replace("t : TON;", "t : TON; x : REAL; s : STRING[3]; row : ARRAY [0..2] OF LREAL;")).machine
+MORE = "t : TON; x : REAL; s : STRING[3]; row : ARRAY [0..2] OF LREAL;"
+TYPED = loaded(TEXT.replace("t : TON;", MORE)).machine

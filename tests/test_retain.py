@@ -68,8 +68,9 @@ RUNG meters
 END_PROGRAM
 """
 ENGINES = ("vm", pytest.param("native", marks=native.needs_gcc))
-VALUES = {"pairs[2].right": 2.5, "pairs[1].left": -7, "row[1,2]": 65535, "reals[1]": float("nan"), "flags[3]": True,
-          "text": "caf\xe9", "wide": "żółw", "tint": "blue", "few": 49, "day": "D#2024-02-29", "out": -2,
+VALUES = {"pairs[2].right": 2.5, "pairs[1].left": -7, "row[1,2]": 65535, "reals[1]": float("nan"),
+          "flags[3]": True, "text": "caf\xe9", "wide": "żółw",
+          "tint": "blue", "few": 49, "day": "D#2024-02-29", "out": -2,
           "packed": 0xBEEF}
 ME = Identity("main", "a" * 64, lambda: "b" * 64)
 
@@ -134,9 +135,11 @@ def test_bytes_after_the_end_of_a_string_are_not_saved() -> None:
 
 def test_another_program_takes_what_it_has_of_the_same_type() -> None:
     kept = saved(filled("vm"))
-    text = TEXT.replace("n : INT := 3", "n : DINT := 4").replace("flags : ARRAY [0..3]", "flags : ARRAY [0..4]")
+    text = TEXT.replace("n : INT := 3", "n : DINT := 4")
+    text = text.replace("flags : ARRAY [0..3]", "flags : ARRAY [0..4]")
     text = text.replace("IN1 := n, IN2 := 1, OUT => n", "IN1 := lost, IN2 := 1, OUT => lost")
-    text = text.replace("<MOVE(IN := n, OUT => lost)>", "").replace("left : INT;", "left : INT; third : INT := 9;")
+    text = text.replace("<MOVE(IN := n, OUT => lost)>", "")
+    text = text.replace("left : INT;", "left : INT; third : INT := 9;")
     after = loaded(text.replace("INT(-5..50)", "INT(-5..40)").replace("day : DATE", "date_ : DATE")).machine
     told = restore(after, kept)
     assert set(told.initialised) == {"MAIN.N", "MAIN.FLAGS", "MAIN.FEW", "MAIN.DATE_",
@@ -203,7 +206,7 @@ def test_a_damaged_file_is_never_loaded(tmp_path_factory, data) -> None:
     assert got == numbered(1) and [d.code for d in found] == ["LD0850"]
     fresh.save(numbered(3))
     (folder / "r").write_bytes(b"")
-    assert Store(folder / "r").load(Diagnostics()) == numbered(1), "damage did not take the place of the save before"
+    assert Store(folder / "r").load(Diagnostics()) == numbered(1), "damage is no save before"
 
 
 def test_a_save_that_fails_leaves_the_others(tmp_path: Path, monkeypatch) -> None:

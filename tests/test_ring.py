@@ -43,8 +43,9 @@ def test_the_rows_are_those_of_a_trace_around_the_event(engine: str) -> None:
 
 
 @pytest.mark.parametrize(("text", "event"), [
-    ("on_ rises", 3), ("on_ falls", 6), ("main.on_ RISES", 3), ("n > 5", 5), ("n>=5", 4), ("n <= 1", 0), ("n = 9", 8),
-    ("n <> 1", 1), ("n < 0", None), ("s = ab", 0), ("t >= T#0s", 0), ("on_ = TRUE", 3), ("x > 1.5", None),
+    ("on_ rises", 3), ("on_ falls", 6), ("main.on_ RISES", 3), ("n > 5", 5), ("n>=5", 4), ("n <= 1", 0),
+    ("n = 9", 8), ("n <> 1", 1), ("n < 0", None), ("s = ab", 0),
+    ("t >= T#0s", 0), ("on_ = TRUE", 3), ("x > 1.5", None),
     ("go rises", None)])
 def test_triggers(text: str, event: int | None) -> None:
     assert traced(loaded(TEXT).machine, text, 0, 0).event == event
@@ -52,14 +53,16 @@ def test_triggers(text: str, event: int | None) -> None:
 
 @pytest.mark.parametrize(("text", "code"), [
     ("", "LD0857"), ("n", "LD0857"), ("n jumps", "LD0857"), ("n rises", "LD0857"), ("s > a", "LD0857"),
-    ("on_ < 1", "LD0857"), ("m rises", "LD0855"), ("n > much", "LD0855"), ("n > 99999", "LD0855"), ("> 5", "LD0857")])
+    ("on_ < 1", "LD0857"), ("m rises", "LD0855"), ("n > much", "LD0855"), ("n > 99999", "LD0855"),
+    ("> 5", "LD0857")])
 def test_what_is_no_trigger_is_told(text: str, code: str) -> None:
     with pytest.raises(Invalid) as caught:
         trigger(text, loaded(TEXT).machine)
     assert [d.code for d in caught.value.diagnostics] == [code]
 
 
-@pytest.mark.parametrize(("before", "after"), [(-1, 0), (0, -1), (MOST_CELLS, 0), (0, MOST_CELLS), (1 << 60, 1 << 60)])
+@pytest.mark.parametrize(("before", "after"),
+                         [(-1, 0), (0, -1), (MOST_CELLS, 0), (0, MOST_CELLS), (1 << 60, 1 << 60)])
 def test_memory_is_bounded(before: int, after: int) -> None:
     with pytest.raises(Invalid) as caught:
         Ring(loaded(TEXT).machine, ("n",), "n > 1", before, after)

@@ -48,7 +48,8 @@ class Attached:
     def follow(self, running: Loaded) -> None:
         self.machine = running.machine
         if self.retaining is not None:
-            self.retaining.follow(running.machine, running.digest, lambda: il_image.layout_of(running.image).digest)
+            self.retaining.follow(running.machine, running.digest,
+                                  lambda: il_image.layout_of(running.image).digest)
         if self.ring is not None:
             self.ring.follow(running.machine)
 
@@ -142,7 +143,8 @@ def force(machine: Machine, text: str | None) -> None:
 
 def _write(ring: Ring, path: Path) -> None:
     if ring.event is None:
-        say(f"ring: {'its variable is gone' if ring.lost else 'the trigger did not come'}, nothing is written")
+        why = "its variable is gone" if ring.lost else "the trigger did not come"
+        say(f"ring: {why}, nothing is written")
         return
     write_file(path, ring.csv().encode())
     early = "" if ring.done else ", the run ended early"

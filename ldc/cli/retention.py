@@ -71,8 +71,8 @@ def _restore(machine: Machine, kept: Kept, path: Path, found: Diagnostics) -> No
         more = f" and {len(told.dropped) - _SHOWN} more" if len(told.dropped) > _SHOWN else ""
         found.warning("LD0853", f"{plural(len(told.dropped), 'retained value')} of `{path}` "
                       f"{'is' if len(told.dropped) == 1 else 'are'} dropped: {names}{more}",
-                      help="the program has no such variable, or has it of another type; keep a copy of the file "
-                      "if the values matter")
+                      help="the program has no such variable, or has it of another type; keep a copy of the "
+                      "file if the values matter")
     changed = ""
     if told.initialised or told.dropped:
         changed = f"; {len(told.initialised)} initialised, {len(told.dropped)} dropped"
@@ -82,6 +82,6 @@ def _restore(machine: Machine, kept: Kept, path: Path, found: Diagnostics) -> No
 def _foreign(path: Path, kept: Kept, why: str) -> Diagnostic:
     found = Diagnostics()
     found.error("LD0852", f"the retain file `{path}` is of another program, `{kept.name[:60]}`: {why}",
-                help="name the file of this program, or begin with initial values: `--start cold` replaces it at "
-                "the first save")
+                help="name the file of this program, or begin with initial values: `--start cold` replaces "
+                "it at the first save")
     return next(iter(found))

@@ -1,4 +1,5 @@
-"""`ldc online get|set|watch|force|unforce|forces|trace`: values of a running program (docs/commissioning.md)."""
+"""`ldc online get|set|watch|force|unforce|forces|trace`: values of a running program, from the side of those
+who look at them (docs/commissioning.md)."""
 
 from __future__ import annotations
 

@@ -27,7 +27,8 @@ def shown() -> Iterator[Callable[[Answer], None]]:
 
 def _table(answer: Answer) -> Table:
     title = f"after {answer.scan} scans, {milliseconds(answer.now_ns)} ms; Ctrl-C ends"
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD,
+                  min_width=len(title))
     table.add_column("variable")
     table.add_column("type", style="dim")
     table.add_column("value", justify="right")

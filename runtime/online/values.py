@@ -12,7 +12,8 @@ from ldc.diagnostics import Diagnostic, Invalid
 from runtime import value_findings as findings
 from runtime.forces import Force
 from runtime.machine import Machine
-from runtime.online.wire import Answer, Arm, Collect, Force as ForceRequest, Forced, Get, Set, Trace, Unforce, Value
+from runtime.online import wire
+from runtime.online.wire import Answer, Arm, Collect, Forced, Get, Set, Trace, Unforce, Value
 from runtime.ring import Ring, found
 from runtime.symbols import Symbol, UnknownSymbol
 from runtime.values import parse, show
@@ -24,7 +25,7 @@ _CHUNK_CELLS = 100_000
 _ABANDONED = 10.0
 """Seconds after which a trace that nobody asks for may be replaced by another client's."""
 
-Requests = Get | Set | ForceRequest | Unforce | Forced | Arm | Collect
+Requests = Get | Set | wire.Force | Unforce | Forced | Arm | Collect
 Log = Callable[..., None]
 
 
@@ -63,7 +64,7 @@ class Values:
                 return lambda: Answer(values=[_value(*row) for row in rows])
             case Set():
                 self._set(request, machine)
-            case ForceRequest():
+            case wire.Force():
                 self._force(request, machine)
             case Unforce():
                 self._unforce(request, machine)
@@ -80,9 +81,10 @@ class Values:
         except (UnknownSymbol, ValueError) as error:
             raise Invalid([findings.no_value("set", request.path, error)]) from error
         machine.put(symbol, value)
-        self._tell("set", request.owner, machine, path=machine.symbols.full(symbol), value=show(value, symbol.type))
+        path, shown = machine.symbols.full(symbol), show(value, symbol.type)
+        self._tell("set", request.owner, machine, path=path, value=shown)
 
-    def _force(self, request: ForceRequest, machine: Machine) -> None:
+    def _force(self, request: wire.Force, machine: Machine) -> None:
         if len(machine.forces.rows) >= _MOST:
             raise Invalid([_full()])
         try:
@@ -110,7 +112,8 @@ class Values:
 
     def _arm(self, request: Arm, machine: Machine) -> None:
         if self._ring is not None and self._owner != request.owner and self._age() < _ABANDONED:
-            raise Invalid([findings.too_much("another client has a trace running", "wait until it has its rows")])
+            raise Invalid([findings.too_much("another client has a trace running",
+                                             "wait until it has its rows")])
         self._ring = Ring(machine, _few(request.paths), request.trigger, request.before, request.after)
         self._owner, self._asked = request.owner, time.monotonic()
         self._tell("traced", request.owner, machine, detail=request.trigger)
@@ -118,18 +121,20 @@ class Values:
     def _collect(self, request: Collect) -> Callable[[], Answer]:
         ring = self._ring
         if ring is None or self._owner != request.owner:
-            raise Invalid([findings.too_much("this client has no trace running", "another one took its place, or "
-                                             "the runtime was started again: ask for it once more")])
+            raise Invalid([findings.too_much("this client has no trace running",
+                                             "another one took its place, or the runtime was started again: "
+                                             "ask for it once more")])
         self._asked = time.monotonic()
         if not ring.done:
-            lost = ring.lost and ring.event is None
-            return lambda: Answer(trace=Trace("lost" if lost else "waiting" if ring.event is None else "filling"))
+            state = "filling" if ring.event is not None else "lost" if ring.lost else "waiting"
+            return lambda: Answer(trace=Trace(state))
         rows, first = len(ring.rows), max(request.first, 0)
         count = max(1, _CHUNK_CELLS // max(len(ring.names), 1))
-        if first + count >= rows:
+        end = min(first + count, rows)
+        if end == rows:
             self._ring = None
         # Nothing changes a ring that is done, so its text is made beside the scans.
-        return lambda: Answer(trace=Trace("done", ring.csv(first, count), min(first + count, rows), rows, ring.event))
+        return lambda: Answer(trace=Trace("done", ring.csv(first, count), end, rows, ring.event))
 
     def _age(self) -> float:
         return time.monotonic() - self._asked
