@@ -1,8 +1,8 @@
 """Transfers between two processes over shared memory, in C and in Python, against the least that any transfer
 costs: as many bytes copied there and a word back, in C over the same memory.
 
-A transfer is 72 bytes of data with envelope, CRC, check of nine parameters and the flags of U*; every one that
-arrives is compared. Both sides wait by looking again and again, and let others run in between. Batches
+A transfer is 72 bytes of data with envelope, CRC, check of nine parameters and the flags of U*; every one
+that arrives is compared. Both sides wait by looking again and again, and let others run in between. Batches
 alternate, so that ratios do not depend on how busy the machine is. In C the latency of a transfer is the time
 from its begin until the sender knows that it was taken.
 """
@@ -143,8 +143,8 @@ def main() -> None:
         rows.append([name, _tables.spread([v / 1000 for v in values], 1), f"{ratio:.1f}", " / ".join(at)])
     _tables.show("72 bytes of data between two processes over shared memory",
                  ["", "1000 transfers a second", "copies / this", "us: p50 / p99 / p99.9 / max"], rows,
-                 f"median (min .. max) of {BATCHES} batches of {IN_C} transfers in C, {IN_PYTHON} in Python; none "
-                 "wrong; ratio of paired batches")
+                 f"median (min .. max) of {BATCHES} batches of {IN_C} transfers in C, {IN_PYTHON} in Python; "
+                 "none wrong; ratio of paired batches")
 
 
 if __name__ == "__main__":

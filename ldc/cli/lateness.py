@@ -14,7 +14,8 @@ from runtime.values import milliseconds
 
 _BAR = 40
 _WIDTH, _LEFT, _TOP, _ROW, _HEIGHT = 640, 60, 30, 30, 110
-"""Of the picture in SVG: its width, margins of a diagram, the room below it for texts, the height of its bars."""
+"""Of the picture in SVG: its width, margins of a diagram, the room below it for texts, the height of its
+bars."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,8 @@ def check(target: str) -> None:
         try:
             import matplotlib  # noqa: F401
         except ImportError:
-            raise Failure("--plot needs matplotlib for PNG: pip install 'ldc[plot]', or name a file .svg") from None
+            raise Failure("--plot needs matplotlib for PNG: pip install 'ldc[plot]', or name a file .svg"
+                          ) from None
 
 
 def draw(target: str, processors: Sequence[Processor]) -> None:

@@ -1,4 +1,5 @@
-"""`ldc run --realtime`: scans at their time, each slave and the plant in a process of its own (docs/realtime.md)."""
+"""`ldc run --realtime`: scans at their time, each slave and the plant in a process of its own
+(docs/realtime.md)."""
 
 from __future__ import annotations
 
@@ -124,7 +125,8 @@ class _Run:
             for number, slave in enumerate(slaves, 1):
                 period_ns = slave_period(algorithms, slave)
                 pace = Pace(start, period_ns, board.lateness(number))
-                part = SlavePart(slave, allocate(f"slave{slave}", board.shared), algorithms, made, field, None,
+                memory = allocate(f"slave{slave}", board.shared)
+                part = SlavePart(slave, memory, algorithms, made, field, None,
                                  lambda pace=pace: pace.now_ns, scan_ns=machine.period_ns, ack_periods=ack_ms)
                 self._periods.append(period_ns)
                 others.append(self._slave(part, number, seats[number], pace))
@@ -140,9 +142,10 @@ class _Run:
         part = None
         if note is not None or is_system(result):
             part = MasterPart(machine, allocate("master", board.shared), algorithms, said, note,
-                              lambda: self._pace.now_ns, on_emergency=board.emergency, wiring=Wiring(field, wired),
-                              t_ack_ns=ack_ms * 1_000_000)
-        self.loop = MasterLoop(machine, part, board, self._pace, others, lambda text: say(f"note: {text}"), beat)
+                              lambda: self._pace.now_ns, on_emergency=board.emergency,
+                              wiring=Wiring(field, wired), t_ack_ns=ack_ms * 1_000_000)
+        self.loop = MasterLoop(machine, part, board, self._pace, others,
+                               lambda text: say(f"note: {text}"), beat)
 
     def _slave(self, part: SlavePart, number: int, cpu: int | None, pace: Pace) -> Watched:
         def work() -> int:

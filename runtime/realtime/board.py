@@ -1,7 +1,7 @@
 """The memory that the processes of a run share: words of P, the field, orders of the master, what each tells.
 
-It has no name: processes have it because they were forked, and it is gone when the last of them ends, however it
-ends. Every word has one writer.
+It has no name: processes have it because they were forked, and it is gone when the last of them ends, however
+it ends. Every word has one writer.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ class Lateness:
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """``bins``: how often; ``count``: periods that began; ``missed``: those that did not, because the one before
-    was too long or began too late; ``most_ns``: the greatest lateness."""
+    """``bins``: how often; ``count``: periods that began; ``missed``: those that did not, because the one
+    before was too long or began too late; ``most_ns``: the greatest lateness."""
 
     bins: tuple[int, ...]
     count: int
@@ -56,13 +56,13 @@ class Figures:
     most_ns: int
 
     def quantile(self, share: float) -> int:
-        """A lateness in ns that this share of the periods did not exceed: the upper edge of a bin, at most the
-        greatest; 0 when nothing began."""
+        """A lateness in ns that this share of the periods did not exceed: the upper edge of a bin, at most
+        the greatest; 0 when nothing began."""
         below = 0
         for at, count in enumerate(self.bins):
             below += count
             if below and below >= share * self.count:
-                return min(upper(at), self.most_ns)
+                return min(upper(at), self.most_ns) if at < BINS - 1 else self.most_ns
         return 0
 
     def rows(self) -> list[tuple[int, int, int]]:

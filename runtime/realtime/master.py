@@ -1,4 +1,4 @@
-"""The master in real time: its scans at their time, transfers in between, and what it does when a slave is lost."""
+"""The master in real time: its scans at their time, transfers in between, and who is lost meanwhile."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from runtime.realtime.processes import Child
 
 POLL_NS = 1_000_000
 SILENCE_NS = 50_000_000
-"""How long a process may tell nothing before people are told: an ordinary one may be kept waiting for as long."""
+"""How long a process may tell nothing before people are told: an ordinary one may be kept waiting for as
+long."""
 
 
 @dataclass(slots=True)
@@ -29,8 +30,8 @@ class Watched:
 
 
 class MasterLoop:
-    """``part``: None when the program needs no other processor. ``tell`` is given sentences for people; ``beat`` is
-    called while a scan is waited for."""
+    """``part``: None when the program needs no other processor. ``tell`` is given sentences for people;
+    ``beat`` is called while a scan is waited for."""
 
     def __init__(self, machine: Machine, part: MasterPart | None, board: Board, pace: Pace,
                  watched: list[Watched], tell: Callable[[str], None], beat: Callable[[], None]) -> None:
@@ -49,8 +50,8 @@ class MasterLoop:
         self._ended = ended
 
     def scan(self) -> None:
-        """Waits until the next scan is due, and executes it. The time of the program goes on by all periods that have
-        passed: what was missed is not made up for."""
+        """Waits until the next scan is due, and executes it. The time of the program goes on by all periods
+        that have passed: what was missed is not made up for."""
         missed = self._pace.wait(self._meanwhile, self._slice)
         if missed is None:
             return
@@ -71,8 +72,8 @@ class MasterLoop:
         return not self._ended()
 
     def _look(self) -> None:
-        """Tells people of a process that has ended or does not go on. What becomes of its algorithms is decided by P:
-        the master part asks those that are quiet, and no answer is a fault of the link (SPEC 2.5)."""
+        """Tells people of a process that has ended or does not go on. What becomes of its algorithms is
+        decided by P: the master part asks those that are quiet, and no answer is a fault of the link (SPEC 2.5)."""
         now = self._pace.now_ns
         for each in self._watched:
             beats = self._board.beats(each.number)
@@ -83,4 +84,5 @@ class MasterLoop:
             elif not each.silent and (each.child.look() is not None or now - each.heard_ns > SILENCE_NS):
                 each.silent = True
                 gone = each.child.status is not None
-                self._tell(f"{each.child.name} {each.child.end if gone else 'does not go on'}, at {now // 1_000_000} ms")
+                what = each.child.end if gone else "does not go on"
+                self._tell(f"{each.child.name} {what}, at {now // 1_000_000} ms")

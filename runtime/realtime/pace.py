@@ -12,8 +12,8 @@ class Pace:
     """Period n begins ``start_ns + n * period_ns`` on ``time.monotonic_ns``, the first one at ``start_ns``.
 
     ``now_ns``: the time since ``start_ns`` at which the period that runs was to begin. It is what a processor
-    takes for the time, so that work that is due in every period is not passed over because one period begins a
-    little earlier in itself than the one before.
+    takes for the time, so that work that is due in every period is not passed over because one period begins
+    a little earlier in itself than the one before.
     """
 
     __slots__ = ("period_ns", "now_ns", "_start", "_next", "_lateness")
@@ -23,9 +23,9 @@ class Pace:
         self._start, self._next, self._lateness = start_ns, start_ns, lateness
 
     def wait(self, meanwhile: Callable[[], bool] | None = None, slice_ns: int = 0) -> int | None:
-        """Sleeps until the next period begins. How many were missed before it: they are left out, since two in a
-        row would shorten no time of the plant. ``meanwhile`` is called again and again, ``slice_ns`` apart; None is
-        returned when it gives False."""
+        """Sleeps until the next period begins. How many were missed before it: they are left out, since two
+        in a row would shorten no time of the plant. ``meanwhile`` is called again and again, ``slice_ns``
+        apart; None is returned when it gives False."""
         while (left := self._next - time.monotonic_ns()) > 0:
             if meanwhile is not None:
                 if not meanwhile():

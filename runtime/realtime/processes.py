@@ -18,7 +18,7 @@ from dataclasses import dataclass
 PRIORITY = 50
 """Of SCHED_FIFO, 1 .. 99: above ordinary processes, below the interrupt threads of most kernels."""
 
-_PR_SET_PDEATHSIG = 1
+_PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
 _DENIED = "not allowed"
 
 
@@ -47,8 +47,9 @@ class Child:
 
 
 def start(name: str, work: Callable[[], int]) -> Child:
-    """A process that does the work and ends with its status, 3 when it raises. It is forked: no other thread may
-    run. An interrupt from the keyboard is left to the parent."""
+    """A process that does the work and ends with its status, 3 when it raises; `ps` and `top` show it as
+    `ldc NAME`. It is forked: no other thread may run. An interrupt from the keyboard is left to the
+    parent."""
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
@@ -59,7 +60,9 @@ def start(name: str, work: Callable[[], int]) -> Child:
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+        system = ctypes.CDLL(None)
+        system.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+        system.prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
         if os.getppid() == parent:  # else it has died already, and nobody tells
             status = work()
     except BaseException:
@@ -81,8 +84,8 @@ def finish(children: Sequence[Child], seconds: float = 1.0) -> None:
 
 
 def cpus(count: int) -> list[int | None]:
-    """A processor of the computer for each of some processes, the first for the first, the others share the rest;
-    None when there is only one."""
+    """A processor of the computer for each of some processes, the first for the first, the others share the
+    rest; None when there is only one."""
     free = sorted(os.sched_getaffinity(0))
     if len(free) == 1:
         return [None] * count

@@ -1,4 +1,5 @@
-"""Slaves and the plant in real time: what their processes do, period by period, until the master ends the run."""
+"""Slaves and the plant in real time: what their processes do, period by period, until the master ends
+the run."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> int:
 
 
 def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> int:
-    """Steps of the plant at their time; those that were missed are made up for, because nature waits for nobody."""
+    """Steps of the plant at their time; those that were missed are made up for, because nature waits for
+    nobody."""
     while not board.stopping:
         missed = pace.wait()
         for late in range(missed, -1, -1):
