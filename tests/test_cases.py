@@ -150,7 +150,7 @@ def test_a_repetition(units: str, told: list[str]) -> None:
 
 def test_an_end_at_the_time_of_the_begin_is_no_overlap() -> None:
     def both(begin: int) -> list[str]:
-        events = [UnitEvent(0, "", "a"), UnitEvent(begin, "", "c"), UnitEvent(5, "", "b"), UnitEvent(9, "", "d")]
+        events = [UnitEvent(at, "", unit) for at, unit in ((0, "a"), (begin, "c"), (5, "b"), (9, "d"))]
         overlap = Overlap((Mark("a"), Mark("b")), (Mark("c"), Mark("d")))
         return violations(Case("c", (), overlaps=(overlap,)), events, {})
 

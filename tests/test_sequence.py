@@ -164,6 +164,15 @@ def test_a_change_of_modules_keeps_the_step_that_runs() -> None:
     assert rig.started[:3] == [0, 2, 0]
 
 
+def test_conditions_are_those_of_the_machine_that_is_bound() -> None:
+    rig = Rig(Sequence((Step(0, "clamp", when="ready"),)))
+    rig.scan(3)
+    other = {"ready": True}
+    rig.customised.bind(lambda path: lambda: other[path])
+    rig.scan(2)
+    assert rig.started == [0]
+
+
 def test_a_step_whose_module_a_change_took_away_has_ended() -> None:
     rig = Rig(Sequence((Step(0, "clamp", until="gone-later"), Step(1, "inject"))))
     rig.scans_of[0] = 100

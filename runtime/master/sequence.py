@@ -120,20 +120,22 @@ class Customised:
         data.store(_STAGED, generation)
         return generation
 
+    def bind(self, readers: Readers) -> None:
+        """Conditions are read by these from now on: another machine executes the program."""
+        self._readers = readers
+        self._programs = [self._program(p.sequence, p.frames) for p in self._programs]
+
     def change(self, sequence: Sequence, modules: Mapping[str, int], readers: Readers) -> int:
         """Between two scans, with a change of the master's program: as ``stage``. ``modules``: the new
         indices by names in capitals. A module of a step that runs keeps running; when it is gone, it has
         ended."""
         data, bits = self._memory.data, self._memory.bits
-        self._readers = readers
-        seen = data.load(_SEEN)
-        program = self._programs[seen]
-        self._programs[seen] = self._program(program.sequence, program.frames)
-        phase = self.phase
-        if phase is Phase.OFFERED:
+        self.bind(readers)
+        if self.phase is Phase.OFFERED:
             bits.clear(*_CB)
             data.store(_PHASE, Phase.RUNNING if bits.test(*_CA) else Phase.NEXT)
         if self.phase is Phase.RUNNING:
+            program = self._programs[data.load(_SEEN)]
             name = program.sequence.steps[data.load(_STEP)].name.upper()
             data.store(_MODULE, modules.get(name, -1) + 1)
         return self.stage(sequence)

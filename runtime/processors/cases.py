@@ -52,8 +52,8 @@ First = Callable[..., int | None]
 
 @dataclass(frozen=True, slots=True)
 class Repeated:
-    """The marks in their order, ``least`` times or more, before the next mark of the case happens: each time one
-    happens, the one before it has happened at least as often."""
+    """The marks in their order, ``least`` times or more, before the next mark of the case happens: each time
+    one happens, the one before it has happened at least as often."""
 
     marks: tuple[Mark, ...]
     least: int = 0
