@@ -165,7 +165,9 @@ def test_a_fault_in_il_leads_to_serror(tmp_path: Path) -> None:
     rig.run(2)
     assert [(t["error"], t["AFS"]) for t in rig.told(PATH)] == [(801, Algorithm.ERROR)]
     assert slave.state is Slave.ERROR and slave.executing == 0
-    assert [fault.fault.code for fault in slave.faults] == ["LD0801"]
+    (told,) = [fault.fault for fault in slave.faults]
+    assert (told.code, told.task, told.scan) == ("LD0801", "main.axis on slave1", 3)
+    assert told.diagnostic().primary.span.text.startswith("us / REAL_TO_UDINT")
     rig.told("main.other")
     rig.send("main.other", Command.START, **GO)
     rig.run(2)

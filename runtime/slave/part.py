@@ -20,6 +20,7 @@ initial values. What has ended takes a further UPDATE without doing anything: it
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import gcd
 
 from ldc.il.areas import PROCESSORS
@@ -50,7 +51,8 @@ class SlavePart:
     invariants ask for; None: nobody listens. ``now``: the time in ns. ``scan_ns``: of the master; feedback goes
     out no more often. ``ack_periods``: milliseconds without an answer until a transfer is repeated.
 
-    ``faults``: of IL, in their order. Raises what makers raise.
+    ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises what
+    makers raise.
     """
 
     def __init__(self, number: int, memory: Memory, placed: Sequence[Placed], makers: Mapping[str, Maker], field: Field,
@@ -280,6 +282,9 @@ class SlavePart:
             self._told(units.A_END, slot, self._now(), "stop")
 
     def _fault(self, slot: Slot, fault: AlgorithmFault) -> None:
+        now = self._now()
+        scan = now // self._scan_ns if self._scan_ns else fault.fault.scan
+        fault.fault = replace(fault.fault, task=f"{slot.placed.path} on {self.name}", scan=scan, now_ns=now)
         self.faults.append(fault)
         slot.faulty = True
         self._error(slot, fault.error)
