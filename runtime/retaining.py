@@ -90,10 +90,12 @@ class _Writer:
         self._job: Job | None = None
         self._given = threading.Condition()
         self._ended = False
-        self._thread = threading.Thread(target=self._run, name="retain", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
 
     def give(self, job: Job) -> None:
+        if self._thread is None:  # not before the first scan: processes may be made until then
+            self._thread = threading.Thread(target=self._run, name="retain", daemon=True)
+            self._thread.start()
         with self._given:
             self._job = job
             self._given.notify()
@@ -103,7 +105,8 @@ class _Writer:
         with self._given:
             self._ended, self._job = True, None
             self._given.notify()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
 
     def _run(self) -> None:
         while True:

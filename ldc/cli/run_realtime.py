@@ -57,14 +57,14 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
-    with system.recorded(options.events, events) as record, _interrupted() as came:
+    with attached(options, sources, result, machine, names, beside=True) as beside, \
+            system.recorded(options.events, events) as record, _interrupted() as came:
         whole = _Run(result, machine, bindings, beat, record.append if record else None)
         whole.loop.until(came)
         try:
             live = options.trace is None and is_terminal(sys.stdout)
             table = LiveTable(machine, names, scans, None, whole.loop.scan) if live else None
-            with displayed(options.trace, machine, names, table, file, whole.loop.scan) as (scan, sample), \
-                    attached(options, sources, result, machine, names) as beside:
+            with displayed(options.trace, machine, names, table, file, whole.loop.scan) as (scan, sample):
                 while machine.scans < scans and not whole.loop.over:
                     stimuli.apply(machine)
                     before = machine.scans
