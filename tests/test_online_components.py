@@ -98,7 +98,8 @@ def test_a_state_that_means_something_else_is_refused(tmp_path, monkeypatch, cap
     with running(["run", ".", "--online", "--trace", str(tmp_path / "t.csv")], monkeypatch):
         project(tmp_path, DESCRIPTOR.replace('"total", type = "INT"', '"total", type = "DINT"'))
         assert main(["online", "stage"]) == 1
-        assert "LD0820" in capsys.readouterr().err
+        error = capsys.readouterr().err
+        assert "LD0820" in error and "counter.ldc.toml" in error
         project(tmp_path, body=BODY.replace("(void)dt_us;", "nothing;"))
         assert main(["online", "stage"]) == 1
         assert "counter.c" in capsys.readouterr().err

@@ -8,8 +8,9 @@ from __future__ import annotations
 import argparse
 import sys
 
-from ldc.cli import link, modules, shipped
-from ldc.cli.compiling import compiled, native_code
+from ldc import pipeline
+from ldc.cli import declared, link, modules, shipped
+from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, report, say
 from ldc.cli.inputs import read
 from ldc.cli.run import resource_to_run
@@ -53,20 +54,23 @@ def run(options: argparse.Namespace) -> int:
 def _stage(options: argparse.Namespace, sources: Sources) -> int:
     path = link.runtime_of(options, sources)
     running = link.ask(path, Pull())
-    message = _made(options, sources, running)
-    if message.image == running.image:
+    result = compiled(sources, previous=il_image.layout_of(running.image))
+    if result.image.data == running.image:
         say("nothing to stage: this program runs")
         return 0
-    answer = link.ask(path, message)
+    try:
+        answer = link.ask(path, _message(options, sources, running, result))
+    except Invalid as error:
+        raise Invalid(declared.placed(error.diagnostics, result), locator(result)) from error
     _print_changes(answer.changes, kept=False)
     say(f"staged {answer.state.staged[:12]}; `ldc online test` lets it run")
     return 0
 
 
-def _made(options: argparse.Namespace, sources: Sources, running: Answer) -> Stage:
-    """The message that brings a program: its symbols lie where they lie in the running one."""
+def _message(options: argparse.Namespace, sources: Sources, running: Answer, result: pipeline.Compiled
+             ) -> Stage:
+    """The message that brings a program, whose symbols lie where they lie in the running one."""
     state = running.state
-    result = compiled(sources, previous=il_image.layout_of(running.image))
     message = Stage(image=result.image.data, sources=list(shipped.texts_of(sources)),
                     base=_base(options.expect, state), owner=link.owner_of(options.sources))
     bindings = native_code(result)
@@ -109,7 +113,7 @@ def _offline(before: Sources, sources: Sources) -> int:
     limits = Limits(before.settings.image_bytes)
     against = [*plan.refusals, *checks.tasks(running, changed), *checks.memory(new.program, changed, limits)]
     if against:
-        raise Invalid(against)
+        raise Invalid(declared.placed(against, new), locator(new))
     _print_changes(Changes(list(plan.kept), list(plan.initialised), list(plan.dropped)))
     return 0
 

@@ -130,12 +130,13 @@ Request = Status | Pull | Report | Stage | Act | Get | Set | Force | Unforce | F
 
 
 class Finding(msgspec.Struct, forbid_unknown_fields=True):
-    """A diagnostic without a place."""
+    """A diagnostic without a place; ``about``: the path or name of what it is about."""
 
     code: str
     message: str
     help: str
     severity: str = "error"
+    about: str = ""
 
 
 class State(msgspec.Struct, forbid_unknown_fields=True):
@@ -201,15 +202,17 @@ class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def finding(diagnostic: Diagnostic) -> Finding:
-    return Finding(diagnostic.code, diagnostic.message, diagnostic.help, str(diagnostic.severity))
+    about = diagnostic.about if isinstance(diagnostic, findings.About) else ""
+    return Finding(diagnostic.code, diagnostic.message, diagnostic.help, str(diagnostic.severity), about)
 
 
 def diagnostic(found: Finding) -> Diagnostic:
     """Raises Invalid (LD0827) when the severity is none."""
     try:
-        return Diagnostic(found.code, found.message, None, (), found.help, Severity(found.severity))
+        severity = Severity(found.severity)
     except ValueError:
         raise refuse(f"`{found.severity[:20]}` is no severity") from None
+    return findings.About(found.code, found.message, None, (), found.help, severity, found.about)
 
 
 def refuse(what: str) -> Exception:
