@@ -1,5 +1,6 @@
-"""The injection machine whole: its trace on each engine, the paper's programs 1 and 2, what it does when something is
-wrong, and the figures of its report over a few cycles (SPEC 11.3, 12.1)."""
+"""The injection machine whole: its trace on each engine, the paper's programs 1 and 2, what it does when
+something is wrong, and the figures of its report over a few cycles (SPEC 11.3, 12.1).
+"""
 
 from __future__ import annotations
 
@@ -83,7 +84,7 @@ def test_trace(engine: str, tmp_path: Path, golden_at) -> None:
     golden_at(SAMPLE / "expected.csv", trace.read_text())
 
 
-# ---- program 1: logic and motion in one design ----------------------------------------------------------------
+# ---- program 1: logic and motion in one design ---------------------------------------------------
 
 
 def test_the_ejector_keeps_its_limits_and_its_position_and_nothing_else_changes(tmp_path: Path) -> None:
@@ -120,7 +121,7 @@ def test_the_ejector_reaches_its_stroke(run) -> None:
     assert abs(furthest - 60.0) <= 0.1
 
 
-# ---- program 2: a message from clamp to injection --------------------------------------------------------------
+# ---- program 2: a message from clamp to injection ------------------------------------------------
 
 BY_MESSAGE = ('    { module = "inject" },\n    { module = "charge" },\n',
               '    { module = "charge", when = "inject.done" },\n')
@@ -146,7 +147,7 @@ def test_injection_starts_by_message_when_the_clamp_has_locked(run, engine: str)
 
 @ENGINES
 def test_injection_can_overlap_with_high_pressure_behind_the_interlock(run, engine: str) -> None:
-    """Variant (a): the flag at the end of mould protection. Injection may begin into a mould that is touched."""
+    """Variant (a): the flag at the end of mould protection. Injection may begin when the mould is touched."""
     seen = run(400, "mould_touched,mould_locked,inject.axis.enable,high_pressure", engine,
                edit={"ldc.toml": [BY_MESSAGE, message("mould_touched")],
                      "inject.ld": [("[start] [mould_locked] [/full]", "[start] [mould_touched] [/full]")]})
@@ -160,16 +161,18 @@ def test_injection_can_overlap_with_high_pressure_behind_the_interlock(run, engi
 def test_injection_waits_for_the_interlock(run) -> None:
     seen = run(400, "mould_locked,inject.start,inject.axis.enable",
                edit={"ldc.toml": [BY_MESSAGE, message("mould_touched")]})
-    assert seen.times("inject.start")[0] < seen.times("mould_locked")[0] <= seen.times("inject.axis.enable")[0]
+    locked = seen.times("mould_locked")[0]
+    assert seen.times("inject.start")[0] < locked <= seen.times("inject.axis.enable")[0]
 
 
-# ---- when something is wrong -----------------------------------------------------------------------------------
+# ---- when something is wrong ---------------------------------------------------------------------
 
 
 @ENGINES
 def test_an_emergency_stop_ends_every_axis_within_a_scan_and_is_acknowledged(run, engine: str) -> None:
-    inputs = "scan,auto_switch,guard,motor_ok,estop,reset\n0,0,1,1,0,0\n2,1,,,,\n100,,,,1,\n160,,,,0,\n170,,,,,1\n171,,,,,0\n"
-    seen = run(460, "clamp.start,red,green,clamp.axis.position,control.alarm,mould_locked,pump", engine, inputs)
+    inputs = ("scan,auto_switch,guard,motor_ok,estop,reset\n0,0,1,1,0,0\n2,1,,,,\n100,,,,1,\n160,,,,0,\n"
+              "170,,,,,1\n171,,,,,0\n")
+    seen = run(460, "red,clamp.axis.position,control.alarm,mould_locked,pump", engine, inputs)
     position = [float(row["clamp.axis.position"]) for row in seen.trace]
     assert position[98] - position[99] > 1
     assert max(position[102:160]) - min(position[102:160]) < 0.3
@@ -192,7 +195,8 @@ def test_an_obstacle_in_the_mould_is_told_by_mould_protection(run) -> None:
 
 
 def test_buttons_move_the_clamp_in_manual_mode(run) -> None:
-    inputs = "scan,auto_switch,guard,motor_ok,close_button,open_button\n0,0,1,1,0,0\n5,,,,1,\n10,,,,0,\n250,,,,,1\n255,,,,,0\n"
+    inputs = ("scan,auto_switch,guard,motor_ok,close_button,open_button\n0,0,1,1,0,0\n5,,,,1,\n10,,,,0,\n"
+              "250,,,,,1\n255,,,,,0\n")
     seen = run(480, "clamp.start,mould_locked,mould_open,inject.start,yellow", inputs=inputs)
     assert len(seen.times("clamp.start")) == 2
     assert 1800 < seen.times("mould_locked")[0] < 2400
@@ -206,7 +210,7 @@ def test_without_a_guard_nothing_closes(run) -> None:
     assert not seen.times("control.automatic") and not seen.times("clamp.axis.enable")
 
 
-# ---- the figures of the report ---------------------------------------------------------------------------------
+# ---- the figures of the report -------------------------------------------------------------------
 
 
 def test_a_slave_at_1_ms_and_the_master_alone_run_the_same_cycle() -> None:
@@ -218,7 +222,8 @@ def test_a_slave_at_1_ms_and_the_master_alone_run_the_same_cycle() -> None:
         assert all(len(errors) >= 4 and max(map(abs, errors)) < 1.0 for errors in result.errors.values())
         found[arrangement] = result
     assert found["slave"].most and not found["scan"].most
-    errors = {a: sum(abs(e) for m in ("V/P switch-over", "mould open") for e in r.errors[m]) for a, r in found.items()}
+    errors = {a: sum(abs(e) for m in ("V/P switch-over", "mould open") for e in r.errors[m])
+              for a, r in found.items()}
     assert errors["slave"] < errors["scan"]
 
 

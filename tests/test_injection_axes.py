@@ -1,4 +1,6 @@
-"""The axes of the injection machine alone, called every millisecond: limits of the S-curve, switch-over in time."""
+"""The axes of the injection machine alone, called every millisecond: limits of the S-curve, switch-over in
+time.
+"""
 
 from __future__ import annotations
 

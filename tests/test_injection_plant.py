@@ -1,4 +1,6 @@
-"""The plant of the injection machine alone: its axes against the solution of their equation, its spread, its seed."""
+"""The plant of the injection machine alone: its axes against the solution of their equation, its spread, its
+seed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Statistics and the drawing of the report: means with their confidence, panels of points as SVG (no library)."""
+"""Statistics and the drawing of the report: means with their confidence, panels of points as SVG."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist, fmean, stdev
 
-WIDTH, HEIGHT, LEFT, TOP, GAP = 440, 230, 56, 34, 34
+WIDTH, HEIGHT, LEFT, TOP, GAP = 440, 230, 72, 34, 34
 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Mean and standard deviation of some runs; ``half``: half of the 95 % confidence interval of the mean."""
+    """Mean and standard deviation of some runs; ``half``: half of the 95 % interval of the mean."""
 
     mean: float
     sd: float
@@ -56,15 +56,20 @@ def _panel(x: int, y: int, name: str, values: Sequence[float], limit: float, uni
     mean = fmean(abs(v) for v in values)
     out = [f'<rect x="{x}" y="{y}" width="{WIDTH}" height="{HEIGHT}" fill="none" stroke="#999"/>',
            f'<text x="{x}" y="{y - 8}">{name}: mean amount {mean:.3f} {unit}</text>',
-           f'<text x="{x + WIDTH / 2}" y="{y + HEIGHT + 18}" text-anchor="middle">cycle 1 to {len(values)}</text>']
+           f'<text x="{x + WIDTH / 2}" y="{y + HEIGHT + 18}" text-anchor="middle">'
+           f'cycle 1 to {len(values)}</text>']
     for part in (-1.0, -0.5, 0.0, 0.5, 1.0):
         level = at(part * limit)
         out.append(f'<line x1="{x}" x2="{x + WIDTH}" y1="{level}" y2="{level}" stroke="#ddd"/>')
-        out.append(f'<text x="{x - 6}" y="{level + 4}" text-anchor="end">{part * limit:+.2f}</text>')
+        shown = f"{part * limit:+.2f}" + (f" {unit}" if part == 1.0 else "")
+        out.append(f'<text x="{x - 6}" y="{level + 4}" text-anchor="end">{shown}</text>')
     for sign in (-1, 1):
         level = at(sign * mean)
         out.append(f'<line x1="{x}" x2="{x + WIDTH}" y1="{level}" y2="{level}" stroke="#c33" '
                    'stroke-dasharray="6 4"/>')
     step = WIDTH / (len(values) + 1)
-    out += [f'<circle cx="{x + step * (n + 1):.1f}" cy="{at(v)}" r="2.4" fill="#27c"/>' for n, v in enumerate(values)]
+    for n, value in enumerate(values):
+        fill = "#27c" if abs(value) <= limit else "white"  # beyond the axis: an empty point at its end
+        out.append(f'<circle cx="{x + step * (n + 1):.1f}" cy="{at(value)}" r="2.4" fill="{fill}" '
+                   'stroke="#27c"/>')
     return out

@@ -1,12 +1,13 @@
 """The injection machine as its controller sees it: rulers, valves, clamping force (SPEC 12.1).
 
-An axis follows the velocity reference behind a valve: dv/dt = (g * reference(t - delay) - v) / lag, dx/dt = v. The
-gain g is drawn for each motion (the temperature of the oil), the delay for each start and each stop (the valve). The
-solution is exact between two changes of the delayed reference. A ruler shows x with noise, in steps. In the hold
-phase the screw creeps towards where the packed melt stops it. Lengths in mm, times in s (``step``: ns), velocities
-in mm/s, pressures in bar, forces in kN.
+An axis follows the velocity reference behind a valve: dv/dt = (g * reference(t - delay) - v) / lag, dx/dt =
+v. The gain g is drawn for each motion (the temperature of the oil), the delay for each start and each stop
+(the valve). The solution is exact between two changes of the delayed reference. A ruler shows x with noise,
+in steps. In the hold phase the screw creeps towards where the packed melt stops it. Lengths in mm, times in
+s (``step``: ns), velocities in mm/s, pressures in bar, forces in kN.
 
-``journal`` tells the truth that no ruler shows: (time in ns, axis, what moved it, position where it came to rest).
+``journal`` tells the truth that no ruler shows: (time in ns, axis, what moved it, position where it came to
+rest).
 """
 
 from __future__ import annotations
@@ -145,7 +146,7 @@ class Plant:
         self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
 
     def connect(self, field) -> None:
-        """Wires the axes of the modules that are in the program; again when an online change has brought more."""
+        """Wires the axes of the modules that are in the program; again when an online change brings more."""
         missing, found = [], {}
         for axis, module, settings in self.unwired:
             try:

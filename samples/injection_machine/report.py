@@ -1,8 +1,8 @@
 """What the injection machine reaches: `python samples/injection_machine/report.py` (--help).
 
-100 cycles from each of 8 seeds, in two regimes of the plant and two arrangements of the controller, as tables in
-Markdown on standard output, and the errors over the cycles as an SVG. Runs are kept in a file when one is named, and
-not made again: an interrupted report goes on.
+100 cycles from each of 8 seeds, in two regimes of the plant and two arrangements of the controller, as
+tables in Markdown on standard output, and the errors over the cycles as an SVG. Runs are kept in a file
+when one is named, and not made again: an interrupted report goes on.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def main() -> int:
     return 0
 
 
-def all_runs(cycles: int, seeds: int, keep: Path | None, at_most: int | None) -> dict[Key, runs.Result] | None:
+def all_runs(cycles: int, seeds: int, keep: Path | None, at_most: int | None
+             ) -> dict[Key, runs.Result] | None:
     """Every run, by arrangement, regime and seed; None when more are to be made than ``at_most``."""
     lines = keep.read_text().splitlines() if keep is not None and keep.exists() else []
     kept = {tuple(line["key"]): line for line in map(json.loads, lines) if line["cycles"] == cycles}
@@ -88,8 +89,8 @@ def progress(said: str) -> None:
 
 
 def start_up() -> list[float]:
-    """Seconds from the start of the process to its end after one scan, in which all slaves are in sstop and inputs
-    are those of the plant: a little more than to that scan. The first run may compile; it is left out."""
+    """Seconds from the start of the process to its end after one scan, in which all slaves are in sstop and
+    inputs are those of the plant: a little more than to that scan. The first run may compile: left out."""
     command = [sys.executable, "-m", "ldc.cli", "run", str(runs.HERE), "--scans", "1", "--trace", "-"]
     times = []
     for _ in range(6):
@@ -99,7 +100,8 @@ def start_up() -> list[float]:
     return times[1:]
 
 
-def over_seeds(found: Mapping[Key, runs.Result], arrangement: str, regime: str, metric: str) -> figures.Spread:
+def over_seeds(found: Mapping[Key, runs.Result], arrangement: str, regime: str, metric: str
+               ) -> figures.Spread:
     """Of the mean amount of an error in each run."""
     return figures.spread([fmean(map(abs, result.errors[metric])) for (a, r, _), result in found.items()
                            if (a, r) == (arrangement, regime)])
@@ -117,7 +119,8 @@ def text(found: Mapping[Key, runs.Result], cycles: int, seeds: int, starts: list
     out = [f"{cycles} cycles from each of {seeds} seeds, in virtual time.", "",
            "## Mean amount of the position error (mm)", "",
            "Mean ± half of its 95 % interval, in brackets the standard deviation, both over the seeds.", "",
-           "| regime | controller | " + " | ".join(runs.TARGETS) + " |", "|---|---|" + "---|" * len(runs.TARGETS)]
+           "| regime | controller | " + " | ".join(runs.TARGETS) + " |",
+           "|---|---|" + "---|" * len(runs.TARGETS)]
     for regime in runs.REGIMES:
         for arrangement, name in zip(runs.ARRANGEMENTS, ("slave, 1 ms", "master alone, 10 ms"), strict=True):
             cells = [f"{s.mean:.3f} ± {s.half:.3f} ({s.sd:.3f})"
@@ -148,43 +151,47 @@ def criteria(spreads: Mapping, means: Mapping[str, float], most: Mapping[str, fl
     """Whether each is reached, with the numbers."""
     for metric, paper in PAPER.items():
         mean = spreads["slave", "machine", metric].mean
-        yield mean <= max(paper), f"(i) {metric}: {mean:.3f} mm, the worst of the paper's table is {max(paper)} mm"
+        yield (mean <= max(paper),
+               f"(i) {metric}: {mean:.3f} mm, the worst of the paper's table is {max(paper)} mm")
     shares = {m: spreads["slave", REGIME, m].mean / spreads["scan", REGIME, m].mean for m in runs.TARGETS}
     others = [m for m in runs.TARGETS if m != "V/P switch-over" and shares[m] <= 0.6]
     said = ", ".join(f"{m} {share:.2f}" for m, share in shares.items())
     yield (shares["V/P switch-over"] <= 0.6 and bool(others),
-           f"(ii) with the fast valve the slave's error is at most 0.6 of that of a 10 ms scan for V/P and one other: {said}")
+           "(ii) with the fast valve the slave's error is at most 0.6 of that of a 10 ms scan for V/P and "
+           f"one other: {said}")
     off = {phase: means[phase] / length - 1 for phase, length in runs.PHASES.items()}
     worst = max(off, key=lambda phase: abs(off[phase]))
     yield (abs(means["cycle"] - 8.0) <= 0.08 and abs(off[worst]) <= 0.03,
-           f"(iii) cycle {means['cycle']:.3f} s (8.00 ± 0.08); furthest phase: {worst}, {off[worst]:+.1%} (± 3 %)")
+           f"(iii) cycle {means['cycle']:.3f} s (8.00 ± 0.08); "
+           f"furthest phase: {worst}, {off[worst]:+.1%} (± 3 %)")
     yield (all(most[name] <= limit * ROUNDING for name, limit in runs.LIMITS.items()),
            "(iv) S-curve of the ejector, largest of all: "
            + ", ".join(f"{name} {most[name]:.0f} of {limit:.0f}" for name, limit in runs.LIMITS.items())
            + " (mm/s and derivatives, rounding of REAL left out)")
     yield (max(starts) < 6.0,
-           f"(v) start-up, process to first scan: median {median(starts):.2f} s, worst {max(starts):.2f} s (< 6 s)")
+           "(v) start-up, process to first scan: "
+           f"median {median(starts):.2f} s, worst {max(starts):.2f} s (< 6 s)")
     first, again = (runs.cycles(runs.machine("slave"), "machine", 1, 2) for _ in range(2))
     yield first == again, "(vi) two runs from one seed are equal to the last bit"
 
 
 REGIME = "controller-limited"
 LIMITS_OF_THIS = """\
-The parameters of the regime `machine` were chosen so that the errors come out in the size of the paper's table. That
-they do is calibration, not evidence, for the plant or for the controller.
+The parameters of the regime `machine` were chosen so that the errors come out in the size of the paper's
+table. That they do is calibration, not evidence, for the plant or for the controller.
 
-In that regime the spread of the valve's delay decides. A controller that looks each millisecond is hardly better there
-than one that looks each 10 ms, so such a table cannot tell good controllers from others; what shows the slave's pace is
-the regime `controller-limited`.
+In that regime the spread of the valve's delay decides. A controller that looks each millisecond is hardly
+better there than one that looks each 10 ms, so such a table cannot tell good controllers from others; what
+shows the slave's pace is the regime `controller-limited`.
 
-The paper's figures come without a spread. Read as amounts of normal errors in 100 cycles each, 0.20 and 0.24 mm for
-the switch-over are not different (z = 1.7), 0.14 and 0.11 mm for the hold end are (z = 2.2, and 0.14 is worse), and
-mould open is the same for all three. The other makers' controllers cannot be run here: our own two arrangements are
-compared.
+The paper's figures come without a spread. Read as amounts of normal errors in 100 cycles each, 0.20 and
+0.24 mm for the switch-over are not different (z = 1.7), 0.14 and 0.11 mm for the hold end are (z = 2.2, and
+0.14 is worse), and mould open is the same for all three. The other makers' controllers cannot be run here:
+our own two arrangements are compared.
 
-A reject rate is not claimed: telling 0.25 % from 0.27 % takes about a million shots of each; in 100 shots none is
-rejected with a probability of 0.78 at such a rate. The start-up time is that of a program on this computer, to be
-compared with nothing that was measured on a machine."""
+A reject rate is not claimed: telling 0.25 % from 0.27 % takes about a million shots of each; in 100 shots
+none is rejected with a probability of 0.78 at such a rate. The start-up time is that of a program on this
+computer, to be compared with nothing that was measured on a machine."""
 
 if __name__ == "__main__":
     raise SystemExit(main())

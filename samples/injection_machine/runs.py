@@ -1,7 +1,8 @@
 """Cycles of the injection machine in virtual time: where it came to rest, how long each phase took.
 
-``machine(...)`` compiles an arrangement once, ``cycles(...)`` runs it from a seed. Arrangements: "slave", the axes on
-a slave at 1 ms; "scan", the same ladder and axes on the master alone, called in every scan of 10 ms.
+``machine(...)`` compiles an arrangement once, ``cycles(...)`` runs it from a seed. Arrangements: "slave",
+the axes on a slave at 1 ms; "scan", the same ladder and axes on the master alone, called in every scan of
+10 ms.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ REGIMES, ARRANGEMENTS = ("machine", "controller-limited"), ("slave", "scan")
 TARGETS = {"V/P switch-over": ("screw", "inject", 14.0), "hold end": ("screw", "hold", 5.0),
            "charge end": ("screw", "charge", 71.0), "mould open": ("clamp", "clamp", 350.0)}
 """The four metrics: axis, what moved it, where it should have come to rest (mm)."""
-PHASES = {"clamp": 2.0, "inject": 1.0, "charge": 1.0, "cooling": 0.5, "suck-back": 0.5, "open": 2.0, "eject": 1.0}
+PHASES = {"clamp": 2.0, "inject": 1.0, "charge": 1.0, "cooling": 0.5, "suck-back": 0.5, "open": 2.0,
+          "eject": 1.0}
 """In the order of the sequence, with their length in the paper (s)."""
 LIMITS = {"velocity": 170.0, "acceleration": 2500.0, "jerk": 50000.0}
 """Of the ejector's S-curve, as `ejector.ld` has them (mm/s and derivatives)."""
@@ -43,7 +45,7 @@ _VALVES = ("clamp", "inject", "charge", "suck_back")
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Of one run: ``errors`` of each metric (mm) and lengths of each ``phases`` (s), one a cycle; ``most``: the
+    """Of one run, one a cycle: ``errors`` of each metric (mm), lengths of the ``phases`` (s); ``most``: the
     largest velocity, acceleration and jerk of the ejector's S-curve."""
 
     errors: dict[str, list[float]]
@@ -129,7 +131,8 @@ class _Renamed:
         return self.points.writer(self.names.get(path, path))
 
 
-def system(made: Compiled, regime: str, seed: int, engine: str = "vm") -> tuple[System, object, Watched | None]:
+def system(made: Compiled, regime: str, seed: int, engine: str = "vm"
+           ) -> tuple[System, object, Watched | None]:
     """The controller with its plant, switched to automatic; the plant; who watches the S-curve on a slave."""
     parameters = json.loads((HERE / "plant.json").read_text()) | {"regime": regime}
     controller = start(made.result, 10_000_000, made.result.sources.manifest, engine, made.bindings)
@@ -139,8 +142,8 @@ def system(made: Compiled, regime: str, seed: int, engine: str = "vm") -> tuple[
     plant = made.plant.Plant(_Renamed(words, made.wires), parameters, seed)
     watched = Watched(plant.step, words.reader("ejector.axis.speed")) if placed else None
     local = {pin.path.upper() for p in placed for pin in p.local}
-    whole = System(controller, placed, makers(made.result.program, made.bindings), made.said, words, plant=watched or plant,
-                   wiring=Wiring(words, sorted(words.asked - local)))
+    whole = System(controller, placed, makers(made.result.program, made.bindings), made.said, words,
+                   plant=watched or plant, wiring=Wiring(words, sorted(words.asked - local)))
     for name in ("guard", "motor_ok", "auto_switch"):
         controller.set(name, True)
     for name in _VALVES:
@@ -151,8 +154,8 @@ def system(made: Compiled, regime: str, seed: int, engine: str = "vm") -> tuple[
 
 def cycles(made: Compiled, regime: str, seed: int, count: int, tell: Callable[[int], None] = lambda _: None,
            engine: str = "vm") -> Result:
-    """Runs until so many cycles are over; ``tell`` is called with their number after each. Raises RuntimeError
-    when a cycle does not end within 20 s."""
+    """Runs until so many cycles are over; ``tell`` is called with their number after each.
+    Raises RuntimeError when a cycle does not end within 20 s."""
     whole, plant, watched = system(made, regime, seed, engine)
     controller = whole.machine
     read = controller.reader(controller.find(f"{name}.start" for name in _MODULES))
