@@ -156,6 +156,24 @@ def test_an_edge_broadcasts_once_and_is_known_after_a_clear() -> None:
     assert not again.rises(m, True)
 
 
+def test_what_waits_survives_a_change_of_messages_around_it() -> None:
+    messages, found, memory = rig(user(0, "<d"), user(1, "<i"), user(2))
+    first, kept, gone = found[-3:]
+    for value in (1, 2, 3):
+        messages.broadcast(kept, value)
+    messages.broadcast(first, 0.5)
+    messages.broadcast(gone)
+    assert messages.rises(kept, True) and handled(messages) == [("m0", 0, 0.5), ("m1", 0, 1), ("m2", 0, None)]
+    messages.broadcast(gone)
+    renumbered = replace(kept, number=0, depth=2, subscribers=(Subscriber(7),))
+    after = placed_messages((*found[:7], renumbered, replace(first, number=1, form="<f")))
+    new = Messages(memory, after)
+    new.take_over(messages)
+    assert not new.rises(after[-2], True)
+    assert [flag(memory, m) for m in after[-2:]] == [True, False] and not flag(memory, gone)
+    assert [handled(new) for _ in range(3)] == [[("m1", 7, 2)], [("m1", 7, 3)], []]
+
+
 class Model:
     """M by deques: what waits, and what is called."""
 

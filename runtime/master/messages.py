@@ -108,6 +108,24 @@ class Messages:
                    | (state & _COUNT) - 1)
         return value
 
+    def take_over(self, other: Messages) -> None:
+        """Between two scans, from the messages of the program before, over the same memory: those of the same
+        name and the same form of data keep what waits, in its order, and what ``from`` was. What has no room
+        any more is refused as any broadcast."""
+        data = self._memory.data
+        kept = {}
+        for message, word, mask, form in other._rows:
+            state = data.load(message.slot)
+            values = [other._take(message, form) for _ in range(state & _COUNT)]
+            kept[message.name.upper(), message.form] = (state & _BEFORE, values)
+            self._memory.bits.clear(word, mask)
+        rows = [(m, *kept.get((m.name.upper(), m.form), (0, ()))) for m, *_ in self._rows]
+        for message, before, _ in rows:
+            data.store(message.slot, before)
+        for message, _, values in rows:
+            for value in values:
+                self.broadcast(message, value)
+
     def clear(self) -> None:
         """Nothing waits any longer: after an emergency."""
         for message, word, mask, _ in self._rows:
