@@ -239,6 +239,40 @@ def test_feedback_no_more_often_than_the_master_scans(tmp_path: Path) -> None:
 
 
 @LANGUAGES
+def test_without_a_pin_for_the_power_it_executes_until_a_stop(tmp_path: Path, language: str) -> None:
+    write(tmp_path, language, main="PROGRAM main\nVAR axis : AXIS; END_VAR\nRUNG <axis: AXIS() in=_>\nEND_PROGRAM\n")
+    descriptor = (tmp_path / "axis.ldc.toml").read_text().replace("[requires]\n", "[requires]\npower = false\n")
+    (tmp_path / "axis.ldc.toml").write_text(descriptor)
+    body = (tmp_path / f"axis.{language}").read_text()
+    body = body.replace("in->enable", "true").replace("SEL(enable, 0.0, target)", "target").replace("enable AND ", "")
+    (tmp_path / f"axis.{language}").write_text(body)
+    rig = Rig(compiled(tmp_path))
+    rig.send(PATH, Command.START, target=0.0, limit=1.0)
+    rig.run(20)
+    assert rig.slaves[0].executing == 1 and states(rig.told(PATH))[-1] is Algorithm.RUNNING
+    rig.send(PATH, Command.STOP)
+    rig.run(2)
+    assert rig.slaves[0].executing == 0
+    rig.sound()
+
+
+@LANGUAGES
+def test_a_component_in_an_algorithm_is_called_there(tmp_path: Path, language: str) -> None:
+    write(tmp_path, language, main="PROGRAM main\nVAR mover : MOVER; END_VAR\nRUNG <mover: MOVER()>\nEND_PROGRAM\n")
+    (tmp_path / "mover.ldc.toml").write_text(
+        '[component]\nname = "MOVER"\nid = "t.mover"\n[provides]\noutputs = [{ name = "y", type = "REAL" }]\n'
+        '[function]\nlanguage = "st"\nsources = ["mover.st"]\nprocessor = "slave"\nperiod_us = 2000\n')
+    (tmp_path / "mover.st").write_text(
+        "FUNCTION_BLOCK MOVER\nVAR inner : AXIS; END_VAR\n"
+        "    inner(enable := enable, target := 1.0, limit := 100.0);\n    y := inner.position;\nEND_FUNCTION_BLOCK\n")
+    rig = Rig(compiled(tmp_path))
+    assert [(p.path, p.period_ns) for p in rig.placed] == [("main.mover", 2 * MS)]
+    rig.send("main.mover", Command.START, enable=1)
+    rig.run(7)
+    assert [t["y"] for t in rig.told("main.mover")] == pytest.approx([0.0, 0.2, 0.4, 0.6], abs=1e-5)
+
+
+@LANGUAGES
 def test_four_slaves_with_paces_of_their_own(tmp_path: Path, language: str) -> None:
     write(tmp_path, language, slaves=4)
     declared, rungs = ["axis : AXIS;"], []

@@ -163,7 +163,7 @@ class NativeAlgorithm:
 
     def execute(self, dt_ns: int) -> bool:
         given, made, error = self._given, self._made, 0
-        powered = self._enabled and self._values[0]
+        powered = not self._enabled or self._values[0]
         if not powered and not self._before:
             self._before = tuple(map(bytes, self._bytes))
         for read, name, low, high in self._reads:
@@ -233,7 +233,7 @@ class UnitAlgorithm:
 
     def execute(self, dt_ns: int) -> bool:
         machine = self._machine
-        powered = self._power is not None and machine.value(self._power)
+        powered = self._power is None or machine.value(self._power)
         if not powered and not self._before:
             self._before = self._all()
         for read, symbol in self._reads:
