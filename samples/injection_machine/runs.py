@@ -131,16 +131,17 @@ class _Renamed:
         return self.points.writer(self.names.get(path, path))
 
 
-def system(made: Compiled, regime: str, seed: int, engine: str = "vm"
+def system(made: Compiled, regime: str, seed: int, engine: str = "vm", watch: bool = True
            ) -> tuple[System, object, Watched | None]:
-    """The controller with its plant, switched to automatic; the plant; who watches the S-curve on a slave."""
+    """The controller with its plant, switched to automatic; the plant; who watches the S-curve on a slave,
+    None when there is no slave or nobody is to ``watch``."""
     parameters = json.loads((HERE / "plant.json").read_text()) | {"regime": regime}
     controller = start(made.result, 10_000_000, made.result.sources.manifest, engine, made.bindings)
     placed = placement(made.result)
     places = points(made.result.program, placed)
     words = Field(bytearray(field_size(places)), places)
     plant = made.plant.Plant(_Renamed(words, made.wires), parameters, seed)
-    watched = Watched(plant.step, words.reader("ejector.axis.speed")) if placed else None
+    watched = Watched(plant.step, words.reader("ejector.axis.speed")) if placed and watch else None
     local = {pin.path.upper() for p in placed for pin in p.local}
     whole = System(controller, placed, makers(made.result.program, made.bindings), made.said, words,
                    plant=watched or plant, wiring=Wiring(words, sorted(words.asked - local)))
