@@ -14,7 +14,7 @@ from runtime.machine import Machine
 from runtime.scheduler.report import COLUMNS, Row
 from runtime.timing import Timing
 
-_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "lost", "preempted",
+_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "watchdog", "lost", "preempted",
            "load %")
 
 

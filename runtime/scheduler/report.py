@@ -11,7 +11,8 @@ from runtime.scheduler.thread import Thread
 @dataclass(frozen=True, slots=True)
 class Row:
     """One thread. Responses (activation to end) and jitter (how much the delays from activation to begin
-    differ) in microseconds; utilisation: its share of the processor, in %. ``lost``: events."""
+    differ) in microseconds; utilisation: its share of the processor, in %. ``watchdogs``: how often
+    three periods were missed in a row; ``lost``: events."""
 
     processor: str
     task: str
@@ -21,6 +22,7 @@ class Row:
     jitter_us: float
     overruns: int
     missed: int
+    watchdogs: int
     lost: int
     preemptions: int
     utilisation_percent: float
@@ -36,5 +38,5 @@ def rows(processor: str, threads: Iterable[Thread], elapsed_ns: int) -> tuple[Ro
 
     return tuple(
         Row(processor, thread.name, c.executions, c.worst / 1000, round(c.mean / 1000, 3), c.jitter / 1000,
-            c.overruns, c.missed, c.lost, c.preemptions, share(c.busy))
+            c.overruns, c.missed, c.watchdogs, c.lost, c.preemptions, share(c.busy))
         for thread in threads for c in (thread.counts,))

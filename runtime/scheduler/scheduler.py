@@ -48,6 +48,7 @@ class Scheduler:
         self.log = log
         self._agenda: list[tuple] = []
         self._turns = 0
+        self._until = 0
         self._processors = [self._processor(n, threads) for n, threads in enumerate(processors)]
 
     def _processor(self, index: int, threads: Sequence[Thread]) -> _Processor:
@@ -135,6 +136,7 @@ class Scheduler:
     def run(self, until_ns: int) -> None:
         """All that happens before ``until_ns``; that is the time afterwards."""
         agenda, processors = self._agenda, self._processors
+        self._until = until_ns
         while True:
             if not self._turns or self.now_ns >= until_ns:
                 if not agenda or agenda[0][0] >= until_ns:
@@ -169,7 +171,7 @@ class Scheduler:
 
     def _turn(self, on: _Processor) -> None:
         """The processor goes on until it is busy or has nothing to do."""
-        ready, stack, now = on.ready, on.stack, self.now_ns
+        ready, stack, agenda = on.ready, on.stack, self._agenda
         while True:
             if stack:
                 thread = stack[-1]
@@ -197,9 +199,12 @@ class Scheduler:
                         raise ValueError(f"thread {thread.name}: a piece costs {cost} ns")
                     thread.counts.busy += cost
                     thread.left -= cost
-                    on.busy = True
-                    heappush(self._agenda, (now + cost, _END, on.index, 0, thread, on))
-                    return
+                    end = self.now_ns + cost
+                    if self._turns or end >= self._until or agenda and end >= agenda[0][0]:
+                        on.busy = True
+                        heappush(agenda, (end, _END, on.index, 0, thread, on))
+                        return
+                    self.now_ns = end  # until then nothing else happens anywhere
             elif ready:
                 self._begin(on, heappop(ready)[3])
             else:
