@@ -67,6 +67,15 @@ class Field:
         self.asked.add(key)
         return self.places[key]
 
+    def extended(self, places: Mapping[str, Point]) -> Field:
+        """The same words with the points of another program, which keep the places of those that both have. Raises
+        ValueError when there are not enough words."""
+        if field_size(places) > len(self._bytes):
+            raise ValueError(f"a field of {len(self._bytes)} bytes has no room for {len(places)} points")
+        made = Field(self._bytes, places)
+        made.asked = self.asked
+        return made
+
     def close(self) -> None:
         """Lets the buffer go, which can be closed then; readers and writers end."""
         for view in self._views.values():

@@ -7,27 +7,27 @@ them. What has nothing to do is not activated: a slave whose algorithms rest cos
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableSequence, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
-from ldc.il.placement import Placed
+from ldc.il.placement import NoRoom, Placed, placed, points, same_body
 from runtime.cost import Cost
 from runtime.faults import Fault
 from runtime.field import Field
 from runtime.machine import Machine
 from runtime.master.part import MasterPart
 from runtime.master.wiring import Wiring
-from runtime.online.controller import Controller
+from runtime.online.controller import Controller, Loaded
 from runtime.processors.invariants import Entry as Trace
 from runtime.processors.invariants import Snapshot
 from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
 from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import Entry, Thread
-from runtime.slave.algorithm import Maker
+from runtime.slave.algorithm import Maker, makers
 from runtime.slave.part import SlavePart
 from runtime.timing import Executions
 from runtime.units import UnitEvent
@@ -54,14 +54,41 @@ class _Slave:
         self.due: int | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Deployed:
+    """What a program means for the parts: its algorithms in their places and how they are made, how modules work
+    together, the points of the field."""
+
+    placed: tuple[Placed, ...]
+    makers: Mapping[str, Maker]
+    coordination: Coordination
+    field: Field
+
+
+def _deployed(running: Loaded, before: _Deployed) -> _Deployed:
+    program = running.machine.program
+    names = [m.name for m in running.together.modules]
+    try:
+        algorithms = placed(program, names, before.placed)
+    except NoRoom:  # what stays is in the way of what comes: all of them begin anew
+        algorithms = placed(program, names)
+    field = before.field.extended(points(program, algorithms, before.field.places))
+    return _Deployed(algorithms, makers(program, running.bindings), running.together, field)
+
+
+def _key(runner: Machine | Controller) -> int:
+    return id(runner.machine if isinstance(runner, Controller) else runner)
+
+
 class System:
-    """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made. ``events``:
+    """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made; ``slaves``:
+    numbers of slaves that are there though they have none. ``events``:
     what units did; ``log``: of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots,
     accesses to shared memory, what slaves took and executed. The time is that of the master's machine.
     ``cost``: what the code of the master takes, None: no time; ``watchdogs``: of its tasks, as of Executions."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
-                 coordination: Coordination, field: Field, *, plant: Plant | None = None,
+                 coordination: Coordination, field: Field, *, slaves: Iterable[int] = (), plant: Plant | None = None,
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
                  events: Events | None = None, log: MutableSequence[Entry] | None = None,
                  seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
@@ -72,12 +99,14 @@ class System:
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
         self._seen = seen
+        self._deployed = _Deployed(tuple(placed), makers, coordination, field)
+        self._known = {_key(runner): self._deployed}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
-                                 on_emergency=self._emergency, wiring=wiring)
+                                 on_emergency=self._emergency, wiring=wiring, on_machine=self.follow)
         self._began = self.machine.now_ns
         self._executions = None if cost is None else Executions(self.machine, cost, watchdogs or {}, self.now)
         self._slaves: list[_Slave] = []
-        for index, number in enumerate(sorted({p.slave for p in placed}), 1):
+        for index, number in enumerate(sorted({*slaves, *(p.slave for p in placed)}), 1):
             part = SlavePart(number, self._memory(f"slave{number}"), placed, makers, field, note, self.now,
                              seen=seen, scan_ns=self.machine.period_ns)
             self._slaves.append(_Slave(part, index))
@@ -107,6 +136,25 @@ class System:
     def now(self) -> int:
         """The time in ns."""
         return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
+
+    def follow(self) -> None:
+        """Goes on with the program that the controller runs now, if it is another one: between two scans, or in
+        one that a fault has ended. Algorithms that are in both go on executing. Raises NoRoom."""
+        running = self.master.runner.running
+        if running.machine is self.machine:
+            return
+        before = self._deployed
+        after = self._known.get(_key(self.master.runner)) or _deployed(running, before)
+        self._known = {id(self.machine): before, _key(self.master.runner): after}
+        for slave in self._slaves:
+            slave.part.place(after.placed, after.makers, after.field)
+
+        def goes_on(old: Placed, new: Placed) -> bool:
+            bodies = (known.makers[p.unit.upper()].unit for known, p in ((before, old), (after, new)))
+            return replace(old, module=new.module) == new and same_body(*bodies)
+
+        self._deployed = after
+        self.master.change(running.machine, after.placed, goes_on, after.coordination)
 
     def rows(self) -> tuple[Row, ...]:
         """What became of the threads so far."""

@@ -77,13 +77,13 @@ def test_the_plant_has_a_step_of_its_own(tmp_path: Path) -> None:
     assert run.rows == [[0], [8], [20], [28]], "steps at 4, 8; 12, 16, 20; 24, 28 ms"
 
 
-def test_ldc_run_steps_a_plant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_ldc_run_steps_a_plant(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(project(tmp_path)), "--scans", "6", "--trace", "-"]) == 0
-    rows = capsys.readouterr().out.splitlines()
+    rows = capfd.readouterr().out.splitlines()
     assert rows[0] == "scan,t_ms,valve,level,speed,full" and rows[-1].startswith("5,50,0,")
 
 
-def test_what_units_do_is_written_as_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_units_do_is_written_as_csv(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "events.csv"
     (tmp_path / "in.csv").write_text("scan,gate\n1,1\n")
     arguments = ["run", str(project(tmp_path)), "--scans", "8", "--inputs", str(tmp_path / "in.csv"),

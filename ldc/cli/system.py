@@ -15,6 +15,7 @@ from ldc import pipeline
 from ldc.cli.coordinate import coordination
 from ldc.cli.output import replacing
 from ldc.cli.plant import Plant
+from ldc.components.pace import slaves
 from ldc.il.coordination import Coordination, Module
 from ldc.il.external import Binding
 from ldc.il.placement import Placed, placed, points
@@ -28,6 +29,10 @@ from runtime.slave.algorithm import makers
 from runtime.system import Events, System
 from runtime.units import UnitEvent
 from runtime.values import milliseconds
+
+
+_MORE = 1 << 14
+"""Bytes of the field for points of programs that are loaded later."""
 
 
 @contextmanager
@@ -77,12 +82,14 @@ def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tu
            cost: Cost | None = None, watchdogs: Mapping[str, int] | None = None) -> System:
     """The system of a compiled project around its master. ``seen``, ``cost``, ``watchdogs``: as of ``System``.
     Raises Invalid."""
-    algorithms, said = placement(result), together(result)
+    algorithms, said, manifest = placement(result), together(result), result.sources.manifest
     places = points(result.program, algorithms)
-    field = Field(bytearray(field_size(places)), places)
+    # Programs that take over online may have more points.
+    field = Field(bytearray(field_size(places) + _MORE), places)
     plant = Plant(said.plant, field) if said.plant is not None else None
     local = {pin.path.upper() for p in algorithms for pin in p.local}
     return System(runner, algorithms, makers(result.program, bindings), said, field, plant=plant,
+                  slaves=slaves(manifest.processors) if manifest else (),
                   plant_ns=said.plant.step_ns if said.plant else 1_000_000,
                   wiring=Wiring(field, sorted(field.asked - local)), events=events, seen=seen,
                   cost=cost, watchdogs=watchdogs)

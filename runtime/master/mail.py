@@ -37,6 +37,16 @@ class Mail:
         pins = (pin for m in self._all for s in m.subscribers for pin in (s.flag, s.data) if pin)
         self._targets = {pin: find(pin) for pin in pins}
 
+    def take_over(self, other: Mail) -> None:
+        """After ``bind``: goes on with what waits, when the messages are the same ones; else nothing does. What
+        is TRUE now has not risen."""
+        if other._all == self._all:
+            return
+        other.clear()
+        self.clear()
+        for message, on in zip(self._sources, self._read(), strict=True):
+            self._messages.rises(message, bool(on))
+
     def broadcast(self) -> Iterator[tuple[Message, Outcome]]:
         """C.BCAST: the messages whose source has risen in this scan."""
         now = self._read()

@@ -70,9 +70,23 @@ class Modules:
             life.parameters = {p.address: (p.form, machine.symbols.find(p.path)) for p in module.parameters}
             for address, (form, symbol) in life.parameters.items():
                 self._memory.data.write(address, struct.pack(form, machine.value(symbol)))
+            if life.stands:
+                self.hold(life)
         ending = [life for life in self.lives if life.module.done]
         self._done_at = {life.module.index: n for n, life in enumerate(ending)}
         self._done = machine.reader(machine.find(life.module.done for life in ending))
+
+    def take_over(self, other: Modules) -> None:
+        """Before ``bind``: modules of the same name stay in work, or stand; those that are gone do not."""
+        bits = self._memory.bits
+        before = {life.module.name.upper(): (bits.test(life.word, life.mask), life.stands) for life in other.lives}
+        for life in other.lives:
+            bits.clear(life.word, life.mask)
+        for life in self.lives:
+            working, life.stands = before.get(life.module.name.upper(), (False, False))
+            if working:
+                bits.set(life.word, life.mask)
+                self._seen[life.word] |= life.mask
 
     def __getitem__(self, index: int) -> Life:
         return self._by_index[index]

@@ -41,23 +41,24 @@ SLAVE_FAULTS = range(800, 900)
 class MasterPart:
     """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the units
     as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when an
-    emergency begins, for those who reach the slaves without P. ``wiring``: inputs and outputs that a
+    emergency begins, for those who reach the slaves without P; ``on_machine`` when a scan has brought another
+    machine, to call ``change``. ``wiring``: inputs and outputs that a
     plant is wired to. ``t_ack_ns``: after which a slave counts as silent. ``state``: as SPEC 5 has it."""
 
     def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
                  coordination: Coordination, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
                  on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None,
-                 t_ack_ns: int = T_ACK_NS) -> None:
+                 on_machine: Callable[[], None] = lambda: None, t_ack_ns: int = T_ACK_NS) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
         self.state = Master.STOP
         self.estop = False
         self._note, self._now = note, now
-        self._on_emergency, self._wiring = on_emergency, wiring
+        self._on_emergency, self._on_machine, self._wiring = on_emergency, on_machine, wiring
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
-        periods = -(-t_ack_ns // self.machine.period_ns) + 1
-        quiet = max(-(-QUIET_NS // self.machine.period_ns), 2)
-        self.proxies = tuple(Proxy(p, memory, periods, quiet) for p in placed)
+        self._periods = -(-t_ack_ns // self.machine.period_ns) + 1
+        self._quiet = max(-(-QUIET_NS // self.machine.period_ns), 2)
+        self.proxies = tuple(map(self._proxy, placed))
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
         self.customised_program: Customised | None = None
@@ -70,6 +71,47 @@ class MasterPart:
         if coordination.sequence is not None:
             self.customised_program = Customised(memory, self._reader)
             self.customised_program.stage(coordination.sequence)
+
+    def _proxy(self, placed: Placed) -> Proxy:
+        return Proxy(placed, self.memory, self._periods, self._quiet)
+
+    def change(self, machine: Machine, placed: Sequence[Placed], goes_on: Callable[[Placed, Placed], bool],
+               together: Coordination) -> None:
+        """Goes on with another program (online change), between two scans of which the slaves know already.
+        ``goes_on``: whether an algorithm in an old and in a new place is the same one, which then goes on executing."""
+        known = {proxy.placed.path.upper(): proxy for proxy in self.proxies}
+        proxies = []
+        for new in placed:
+            proxy = known.get(new.path.upper())
+            if proxy is not None and goes_on(proxy.placed, new):
+                proxy.placed = new
+                proxies.append(known.pop(new.path.upper()))
+            else:
+                proxies.append(self._proxy(new))
+        for gone in known.values():
+            gone.give_up()
+            self._request(gone)
+        modules, mail = self.modules, self.mail
+        self.proxies, self.coordination = tuple(proxies), together
+        self.modules = Modules(self.memory, together.modules, self.proxies)
+        self.modules.take_over(modules)
+        self.mail = Mail(self.memory, together.messages, self.modules)
+        self._bind(machine)
+        self.mail.take_over(mail)
+        self._change_sequence(together)
+
+    def _change_sequence(self, together: Coordination) -> None:
+        running = self.customised_program
+        if together.sequence is None:
+            if running is not None:
+                running.reset()
+            self.customised_program = None
+        elif running is None:
+            self.customised_program = Customised(self.memory, self._reader)
+            self.customised_program.stage(together.sequence)
+        else:
+            indices = {module.name.upper(): module.index for module in together.modules}
+            running.change(together.sequence, indices, self._reader)
 
     def _reader(self, path: str) -> Callable[[], bool]:
         symbol, machine = self.machine.symbols.find(path), self.machine
@@ -143,9 +185,8 @@ class MasterPart:
 
     def _end(self) -> None:
         self._tell(units.C_LOGIC)
-        machine = _machine(self.runner)
-        if machine is not self.machine:
-            self._bind(machine)
+        if _machine(self.runner) is not self.machine:
+            self._on_machine()
         self.mail.fall()
         self._look_at_safety()
         for proxy in self.proxies:

@@ -17,6 +17,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from ldc.il.coordination import Coordination
+from ldc.il.external import Binding
 from runtime.faults import Fault
 from runtime.machine import Machine
 from runtime.online import checks, findings, migrate, swap
@@ -33,12 +35,15 @@ Sources = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources."""
+    """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``: how
+    its modules work together; ``bindings``: the native code of its components."""
 
     machine: Machine
     image: bytes
     digest: str
     sources: Sources
+    together: Coordination = Coordination()
+    bindings: tuple[Binding, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
