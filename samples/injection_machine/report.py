@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import time
@@ -67,7 +68,7 @@ def all_runs(cycles: int, seeds: int, keep: Path | None, at_most: int | None
         arrangement, regime, seed = key
         title = f"run {number} of {4 * seeds}: {arrangement}, {regime}, seed {seed}"
         found[key] = runs.cycles(runs.machine(arrangement), regime, seed, cycles,
-                                 lambda done: progress(f"{title}: cycle {done + 1} of {cycles}"))
+                                 lambda done: progress(f"{title}: cycle {done + 1} of {cycles}"), "native")
         made += 1
         if keep is not None:
             with keep.open("a") as file:
@@ -92,10 +93,11 @@ def start_up() -> list[float]:
     """Seconds from the start of the process to its end after one scan, in which all slaves are in sstop and
     inputs are those of the plant: a little more than to that scan. The first run may compile: left out."""
     command = [sys.executable, "-m", "ldc.cli", "run", str(runs.HERE), "--scans", "1", "--trace", "-"]
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     times = []
     for _ in range(6):
         begin = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
+        subprocess.run(command, check=True, capture_output=True, env=environment)
         times.append(time.perf_counter() - begin)
     return times[1:]
 
