@@ -176,6 +176,20 @@ def test_a_slave_that_is_lost_ends_its_module_and_nothing_else(tmp_path: Path, n
 
 
 @native.needs_gcc
+@pytest.mark.parametrize(("line", "end"), [
+    ("*(volatile int *)0 = 1;", "slave1 was ended by SIGSEGV"), ("for (;;) { }", "slave1 does not go on")])
+def test_what_a_component_breaks_is_broken_on_its_slave_alone(tmp_path: Path, line: str, end: str) -> None:
+    folder = modules(tmp_path, ONE)
+    body = folder / "mover1.c"
+    text = body.read_text()
+    body.write_text(text[: text.rindex("}")] + f"    if (out->position > 20.0f) {line}\n}}\n")
+    rows, said = ran(folder, "--for", "1s", "--watch", WATCH, status=1)
+    assert end in said and "LD0805" not in said
+    assert int(rows[-1]["first.axis.error"]) == Code.SILENT and rows[-1]["%QX0.1"] == "0"
+    assert 0.0 < float(rows[-1]["first.axis.position"]) <= 20.5
+
+
+@native.needs_gcc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM], ids=lambda n: n.name)
 def test_the_end_of_the_run_is_that_of_all_its_processes(tmp_path: Path, number: int) -> None:
     """Ctrl-C reaches the whole group, SIGTERM and SIGKILL the one process that they are sent to; but for the

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 
 from ldc.cli.console import Failure, UsageError
@@ -52,12 +53,8 @@ def check(target: str) -> None:
     kind = Path(target).suffix.lower()
     if kind not in (".svg", ".png"):
         raise UsageError(f"--plot writes .svg or .png, not `{target}`")
-    if kind == ".png":
-        try:
-            import matplotlib  # noqa: F401
-        except ImportError:
-            raise Failure("--plot needs matplotlib for PNG: pip install 'ldc[plot]', or name a file .svg"
-                          ) from None
+    if kind == ".png" and find_spec("matplotlib") is None:
+        raise Failure("--plot needs matplotlib for PNG: pip install 'ldc[plot]', or name a file .svg")
 
 
 def draw(target: str, processors: Sequence[Processor]) -> None:
@@ -78,7 +75,7 @@ def svg(processors: Sequence[Processor]) -> str:
         base = at + _TOP + _HEIGHT
         parts.append(f'<text x="{_LEFT}" y="{at + 20}" class="title">{escape(_title(p))}</text>')
         for n, (low, high, count) in enumerate(rows):
-            height, x = _HEIGHT * count / most, _LEFT + n * step
+            height, x = max(_HEIGHT * count / most, bool(count)), _LEFT + n * step
             parts.append(f'<rect x="{x + 1:.1f}" y="{base - height:.1f}" width="{step - 2:.1f}" '
                          f'height="{height:.1f}"><title>{_us(low)} .. {_us(high)} us: {count}</title></rect>')
             parts.append(f'<text x="{x + step:.1f}" y="{base + 14}">{_us(high)}</text>')
@@ -86,7 +83,7 @@ def svg(processors: Sequence[Processor]) -> str:
         parts.append(f'<text x="{_WIDTH - _LEFT + 28}" y="{base + 14}">us</text>')
         parts.append(f'<text x="{_LEFT - 6}" y="{at + _TOP + 8}" class="count">{most}</text>')
         at = base + _ROW
-    style = ("text{font:11px sans-serif;text-anchor:middle}.title{font-size:13px;text-anchor:start}"
+    style = ("text{font:11px sans-serif;text-anchor:middle}.title{font-size:12px;text-anchor:start}"
              ".count{text-anchor:end}rect{fill:#4878a8}path{stroke:#333}")
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{_WIDTH}" height="{at}" '
             f'viewBox="0 0 {_WIDTH} {at}"><style>{style}</style><rect width="100%" height="100%" '

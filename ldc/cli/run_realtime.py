@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import BinaryIO
 
@@ -16,7 +16,7 @@ from ldc import pipeline
 from ldc.cli import lateness, system
 from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
-from ldc.cli.console import is_terminal, report, say
+from ldc.cli.console import answered, is_terminal, report, say
 from ldc.cli.plant import Plant
 from ldc.cli.run import displayed, is_system, run_length, stimuli_of, watched
 from ldc.cli.watching import LiveTable
@@ -77,13 +77,25 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         finally:
             whole.finish()
     processors = whole.processors()
-    if options.plot:
-        lateness.draw(options.plot, processors)
+    drawn = not options.plot or _drawn(options.plot, processors, beat)
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(whole.passed_ns)} ms of real time")
     for line in lateness.told(processors):
         say(line)
     status = report((fault.diagnostic() for fault in machine.faults), locator(result))
-    return max(status, int(whole.broken))
+    return max(status, int(whole.broken or not drawn))
+
+
+def _drawn(target: str, processors: Sequence[lateness.Processor], beat: Callable[[], None]) -> bool:
+    """Whether the picture was written, by a process of its own: to load what draws may take longer than a scan
+    ever does."""
+    def work() -> int:
+        return answered("run", lambda: lateness.draw(target, processors) or 0)
+
+    child = processes.start("plot", work)
+    while child.look() is None:
+        beat()
+        time.sleep(0.02)
+    return child.status == 0
 
 
 @contextmanager

@@ -40,10 +40,13 @@ class Child:
 
     @property
     def end(self) -> str:
-        """How it ended, in words."""
-        if self.status is not None and self.status < 0:
-            return f"was ended by {signal.Signals(-self.status).name}"
-        return f"ended with status {self.status}"
+        """How it ended, in words. One that notes the place of a crash before it ends (``runtime.guard``) does
+        so with 128 and the signal, as shells have it."""
+        status = self.status or 0
+        number = -status if status < 0 else status - 128
+        if number in set(signal.Signals):
+            return f"was ended by {signal.Signals(number).name}"
+        return f"ended with status {status}"
 
 
 def start(name: str, work: Callable[[], int]) -> Child:
