@@ -27,13 +27,14 @@ from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shar
 from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import Entry, Thread
-from runtime.slave.algorithm import Maker, makers
+from runtime.slave.algorithm import Maker
 from runtime.slave.part import SlavePart
 from runtime.timing import Executions
 from runtime.units import UnitEvent
 
 class Plant(Protocol):
-    """What is simulated around the controller. It knows nothing but the field and the time, in ns."""
+    """What is simulated around the controller. It knows nothing but the field and the time, in ns. One that has a
+    method ``connect(field)`` is given the field of each program that takes over: the same words, other points."""
 
     def step(self, now_ns: int, dt_ns: int) -> None: ...
 
@@ -73,7 +74,7 @@ def _deployed(running: Loaded, before: _Deployed) -> _Deployed:
     except NoRoom:  # what stays is in the way of what comes: all of them begin anew
         algorithms = placed(program, names)
     field = before.field.extended(points(program, algorithms, before.field.places))
-    return _Deployed(algorithms, makers(program, running.bindings), running.together, field)
+    return _Deployed(algorithms, running.makers, running.together, field)
 
 
 def _key(runner: Machine | Controller) -> int:
@@ -153,6 +154,9 @@ class System:
             bodies = (known.makers[p.unit.upper()].unit for known, p in ((before, old), (after, new)))
             return replace(old, module=new.module) == new and same_body(*bodies)
 
+        connect = getattr(self._plant, "connect", None)
+        if connect is not None and after is not before:
+            connect(after.field)
         self._deployed = after
         self.master.change(running.machine, after.placed, goes_on, after.coordination)
 

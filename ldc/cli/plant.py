@@ -44,8 +44,14 @@ class Plant:
         parameters = {}
         if setting.parameters is not None:
             parameters = json.loads(Path(setting.parameters).read_bytes())
-        plant = self._guarded("cannot be made", lambda: kind(field, parameters, setting.seed))
-        self._step: Callable[[int, int], object] = plant.step
+        self._plant = self._guarded("cannot be made", lambda: kind(field, parameters, setting.seed))
+        self._step: Callable[[int, int], object] = self._plant.step
+
+    def connect(self, field: Field) -> None:
+        """Another program has taken over: the plant may find further points. Not every plant asks."""
+        connect = getattr(self._plant, "connect", None)
+        if connect is not None:
+            self._guarded("cannot be made", lambda: connect(field))
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """One step of the simulation."""
