@@ -17,6 +17,8 @@ from ldc.il import text as il_text
 from ldc.il.typecheck import check_unit
 from ldc.source import SourceFile
 from runtime import stimuli, trace
+from runtime.cost import Cost
+from runtime.timing import Timing
 from runtime.vm.stepping import Stepper
 
 SAMPLES = sorted(p.parent for p in (Path(__file__).parents[1] / "samples").glob("*/ldc.toml")
@@ -31,10 +33,10 @@ def compiled(folder: Path, **options) -> pipeline.Compiled:
     return result
 
 
-def traced(folder: Path, program, engine=lambda machine: machine) -> str:
+def traced(folder: Path, program, engine=lambda machine: machine, cost: Cost | None = None) -> str:
     """The trace that ``ldc run`` writes; ``engine(machine)`` has the ``scan`` to use."""
     result = compiled(folder, verify=False)
-    machine = start(replace(result, program=program), None, result.sources.manifest)
+    machine = start(replace(result, program=program), None, result.sources.manifest, cost=cost)
     findings, path = Diagnostics(), folder / result.sources.manifest.inputs
     planned = stimuli.read(SourceFile(path.name, path.read_text()), machine.symbols, findings)
     assert not len(findings)
@@ -91,6 +93,14 @@ def test_trace(folder: Path, golden_at) -> None:
 @samples
 def test_stepping_gives_the_same_trace(folder: Path) -> None:
     assert traced(folder, compiled(folder).program, Stepper) == (folder / "expected.csv").read_text()
+
+
+@samples
+def test_executing_by_pieces_gives_the_same_trace(folder: Path) -> None:
+    def timing(machine) -> Timing:
+        return Timing(machine, Cost())
+
+    assert traced(folder, compiled(folder).program, timing, Cost()) == (folder / "expected.csv").read_text()
 
 
 @samples

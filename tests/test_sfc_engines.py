@@ -15,7 +15,9 @@ from ldc.model.settings import Settings
 from ldc.parser import parse_file
 from ldc.parser.format import format_file
 from ldc.source import SourceFile
+from runtime.cost import Cost
 from runtime.vm.machine import Machine
+from runtime.vm.paced import Machine as PacedMachine
 from runtime.vm.stepping import Stepper
 
 
@@ -42,6 +44,7 @@ def test_charts_do_what_they_mean(chart: Chart, run: list[Scan]) -> None:
                 "depth 0": compiled(source, max_paren_depth=0, verify=False).program,
                 "formatted": compiled(formatted, verify=False).program, "stepping": result.program}
     machines = {name: Machine(program, period_ns=PERIOD) for name, program in programs.items()}
+    machines["pieces"] = PacedMachine(result.program, period_ns=PERIOD, cost=Cost(instruction=50))
     step = {name: machine.scan for name, machine in machines.items()}
     step["stepping"] = Stepper(machines["stepping"]).scan
     reference = Interpreter(chart)

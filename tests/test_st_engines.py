@@ -13,7 +13,9 @@ from ldc.il.typecheck import check_unit
 from ldc.parser import parse_file
 from ldc.parser.format import format_file
 from ldc.source import SourceFile
+from runtime.cost import Cost
 from runtime.vm.machine import Machine
+from runtime.vm.paced import Machine as PacedMachine
 from runtime.vm.stepping import Stepper
 
 
@@ -29,6 +31,7 @@ def test_statements_do_what_they_mean(text: str, start: int) -> None:
     machines = {name: Machine(program, period_ns=PERIOD) for name, program in
                 (("vm", result.program), ("read back", read_back), ("depth 0", shallow), ("formatted", formatted),
                  ("stepping", result.program))}
+    machines["pieces"] = PacedMachine(result.program, period_ns=PERIOD, cost=Cost(instruction=50))
     scans = {name: machine.scan for name, machine in machines.items()}
     scans["stepping"] = Stepper(machines["stepping"]).scan
     reference = Interpreter(file)
