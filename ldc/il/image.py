@@ -55,14 +55,30 @@ def build(program: Program, previous: Layout | None = None) -> Image:
 def load(data: bytes) -> Image:
     """Reads what ``build`` wrote. Raises BadImage when the bytes are something else."""
     with _parts(data) as (core, notes):
-        reader = Reader(msgspec.msgpack.decode(core), msgspec.msgpack.decode(notes))
+        reader = Reader(_opened(core, 3, 6, 9), _opened(notes, 0, 3))
         return Image(reader.program(), reader.layout(), hashlib.sha256(core).hexdigest(), data)
 
 
 def layout_of(data: bytes) -> Layout:
     """Where the symbols of an image lie, without reading its code. Raises BadImage."""
     with _parts(data) as (core, _):
-        return Reader(msgspec.msgpack.decode(core), [[], [], ""]).layout()
+        return Reader(_opened(core, 3, 6, 9), [[], [], ""]).layout()
+
+
+def _opened(data: bytes | msgspec.Raw, *large: int) -> list:
+    """The items of a list; those of the given numbers, which are lists themselves, are not read yet."""
+    items = msgspec.msgpack.decode(data, type=list[msgspec.Raw])
+    return [item if number in large else msgspec.msgpack.decode(item) for number, item in enumerate(items)]
+
+
+def _each(rows: list | msgspec.Raw, *large: int) -> Iterator[list]:
+    """The rows of a list, read one by one when it was not read: other threads may run in between, those that
+    scan. ``large``: what of a row is not read yet."""
+    if not isinstance(rows, msgspec.Raw):
+        yield from rows
+        return
+    for row in msgspec.msgpack.decode(rows, type=list[msgspec.Raw]):
+        yield _opened(row, *large) if large else msgspec.msgpack.decode(row)
 
 
 @contextmanager
@@ -200,19 +216,22 @@ class Reader:
     def program(self) -> Program:
         _, types, globals_, units, resources, safe, *_ = self.core
         return Program(
-            tuple(self.unit(u, n) for u, n in zip(units, self.notes[0], strict=True)),
+            self.units(units, self.notes[0]),
             tuple(self.types[t] for t in types), tuple(self.variable(v) for v in globals_),
             tuple(Resource(
                 rname, processor,
                 tuple(Task(t[0], t[1], t[2], None if t[3] is None else self.place(t[3]), t[4]) for t in tasks),
                 tuple(Run(*run) for run in runs)) for rname, processor, tasks, runs in resources),
             tuple((path, value) for path, value in safe), self.notes[2],
-            tuple(self.unit(u, n) for rows, notes in zip(self.core[9:], self.notes[3:], strict=True)
-                  for u, n in zip(rows, notes, strict=True)))
+            tuple(unit for rows, notes in zip(self.core[9:], self.notes[3:], strict=True)
+                  for unit in self.units(rows, notes)))
+
+    def units(self, rows: list | msgspec.Raw, notes: list | msgspec.Raw) -> tuple[Unit, ...]:
+        return tuple(self.unit(u, n) for u, n in zip(_each(rows, 4, 5), _each(notes, 1), strict=True))
 
     def layout(self) -> Layout:
         symbols, size, layout_hash = self.core[6:9]
-        rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in symbols)
+        rows = tuple(Symbol(s[0], self.types[s[1]], *s[2:]) for s in _each(symbols))
         layout = Layout(rows, size)
         if layout.digest != layout_hash:
             raise BadImage("the image is damaged: its symbols do not match their hash")
@@ -245,8 +264,8 @@ class Reader:
         kind, name, result, standard, variables, rungs, *more = row
         external, pace = *more, *(None, None)[len(more):]
         title, rung_notes = notes
-        return Unit(kind, name, tuple(self.variable(v) for v in variables),
-                    tuple(self.rung(r, n) for r, n in zip(rungs, rung_notes, strict=True)),
+        return Unit(kind, name, tuple(self.variable(v) for v in _each(variables)),
+                    tuple(self.rung(r, n) for r, n in zip(_each(rungs), _each(rung_notes), strict=True)),
                     None if result is None else self.types[result], title, standard,
                     External(*external) if external else None,
                     Pace(*pace[:2], tuple(tuple(r) for r in pace[2])) if pace else None)
