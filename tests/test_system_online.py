@@ -18,6 +18,7 @@ from runtime.native.machine import Machine as Native
 from runtime.online.controller import Controller, Loaded, prepare
 from runtime.processors.invariants import violations
 from runtime.processors.states import Slave
+from runtime.slave.algorithm import makers
 from runtime.system import System
 from runtime.units import A_EXEC, A_START, C_END, C_SEND, C_START, UnitEvent
 
@@ -40,7 +41,7 @@ def loaded(folder: Path, engine: str, previous: Loaded | None = None) -> Loaded:
         machine = Native(result.program, 0, previous.machine.period_ns, native=native.loadable(made))
     together = unpack(pack(systems.together(result)), lambda path: machine.symbols.find(path).type)
     assert together == replace(systems.together(result), plant=None)
-    return Loaded(machine, result.image.data, result.image.digest, (), together, bindings)
+    return Loaded(machine, result.image.data, result.image.digest, (), together, makers(result.program, bindings))
 
 
 class Online(Run):
@@ -53,7 +54,7 @@ class Online(Run):
         self.events: list[UnitEvent] = []
         self.trace: list = []
         result = pipeline.compile_paths([str(folder)])
-        self.system: System = systems.system(result, self.controller, first.bindings, self.events,
+        self.system: System = systems.system(result, self.controller, native_code(result), self.events,
                                              self.trace.append)
         self.watch, self.rows = (), []
 

@@ -14,8 +14,10 @@ from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, report, say
 from ldc.cli.inputs import read
 from ldc.cli.run import resource_to_run
+from ldc.cli.system import together
 from ldc.diagnostics import Invalid
 from ldc.il import image as il_image
+from ldc.il.coordination_image import pack
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.layout import lay_out
@@ -55,7 +57,7 @@ def _stage(options: argparse.Namespace, sources: Sources) -> int:
     path = link.runtime_of(options, sources)
     running = link.ask(path, Pull())
     result = compiled(sources, previous=il_image.layout_of(running.image))
-    if result.image.data == running.image:
+    if result.image.data == running.image and pack(together(result)) == running.together:
         say("nothing to stage: this program runs")
         return 0
     try:
@@ -72,7 +74,8 @@ def _message(options: argparse.Namespace, sources: Sources, running: Answer, res
     """The message that brings a program, whose symbols lie where they lie in the running one."""
     state = running.state
     message = Stage(image=result.image.data, sources=list(shipped.texts_of(sources)),
-                    base=_base(options.expect, state), owner=link.owner_of(options.sources))
+                    base=_base(options.expect, state), owner=link.owner_of(options.sources),
+                    together=pack(together(result)))
     bindings = native_code(result)
     message.components = [wire.Part(b.unit, b.entry, b.library.read_bytes(), b.size,
                                     [(s.name, s.offset, s.written) for s in b.shared]) for b in bindings]

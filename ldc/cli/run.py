@@ -124,7 +124,7 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     if options.online:
         from ldc.cli import run_online  # loads what only a socket needs
 
-        return run_online.run(options, sources, result, beat, file)
+        return run_online.run(options, sources, result, beat, file, bindings, events)
     cost = None
     if _takes_time(options, sources):
         from ldc.cli import timing as times  # loads what a run without [cost] does not need

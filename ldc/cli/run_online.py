@@ -14,12 +14,14 @@ from typing import BinaryIO
 
 from ldc import pipeline
 from ldc.cli import link, shipped
+from ldc.cli import system as systems
 from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
-from ldc.cli.run import run_length, start, stimuli_of, watched
+from ldc.cli.run import is_system, run_length, start, stimuli_of, watched
 from ldc.cli.watching import ChangeLines
+from ldc.il.external import Binding
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.machine import Machine
@@ -37,22 +39,30 @@ Observer = Trace | ChangeLines
 
 
 def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Callable[[], None],
-        file: BinaryIO | None = None) -> int:
+        file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (), events: BinaryIO | None = None) -> int:
     """Scans until the asked number is over or a signal comes. ``beat`` is called after each,
-    and while one is waited for."""
-    machine = start(result, options.period, sources.manifest, options.engine)
+    and while one is waited for. Further arguments as of an offline run."""
+    machine = start(result, options.period, sources.manifest, options.engine, bindings)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     endless = not (options.scans or options.duration)
     scans = None if endless else run_length(options, stimuli, machine)
-    loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources))
+    loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources),
+                    systems.together(result))
     controller = Controller(loaded)
     with _observed(options.trace, machine, names, file) as observer, \
             _served(options, sources, controller) as server, _ended() as ended, \
-            attached(options, sources, result, machine, names, beside=True) as beside:
+            attached(options, sources, result, machine, names, beside=True) as beside, \
+            systems.recorded(options.events, events) as record:
+        system = None
+        if is_system(result) or options.events:
+            system = systems.system(result, controller, bindings, record)
+        scan = controller.scan if system is None else system.scan
         due = time.monotonic()
         while (scans is None or controller.machine.scans < scans) and not ended():
             if server.serve():
+                if system is not None:
+                    system.follow()
                 stimuli = stimuli.follow(machine, controller.machine)
                 machine = controller.machine
                 observer.follow(machine)
@@ -66,7 +76,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             # Late scans are not made up for: two in a row would shorten no time of the plant.
             due = max(due, due - left - machine.period_ns / 1e9) + machine.period_ns / 1e9
             stimuli.apply(machine)
-            controller.scan()
+            scan()
             if controller.machine is not machine:  # a fault ended a test within the scan
                 stimuli = stimuli.follow(machine, controller.machine)
                 machine = controller.machine
@@ -78,7 +88,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             server.values.scanned()
             beat()
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(machine.now_ns)} ms of the program's time")
-    return report((fault.diagnostic() for fault in machine.faults), locator(result))
+    faults = machine.faults if system is None else system.faults
+    return report((fault.diagnostic() for fault in faults), locator(result))
 
 
 @contextmanager

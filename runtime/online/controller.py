@@ -14,16 +14,16 @@ test is undone: the scan is run again, by the program before, from the state in 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from ldc.il.coordination import Coordination
-from ldc.il.external import Binding
 from runtime.faults import Fault
 from runtime.machine import Machine
 from runtime.online import checks, findings, migrate, swap
 from runtime.online.checks import Limits
 from runtime.online.migrate import Plan
+from runtime.slave.algorithm import Maker
 from runtime.value_findings import force_lost
 
 TEST_NS = 60_000_000_000
@@ -36,14 +36,14 @@ Sources = tuple[tuple[str, str], ...]
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
     """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``: how
-    its modules work together; ``bindings``: the native code of its components."""
+    its modules work together; ``makers``: how its algorithms are made, by unit."""
 
     machine: Machine
     image: bytes
     digest: str
     sources: Sources
     together: Coordination = Coordination()
-    bindings: tuple[Binding, ...] = ()
+    makers: Mapping[str, Maker] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

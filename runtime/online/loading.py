@@ -9,6 +9,8 @@ from pathlib import Path
 from ldc.diagnostics import Invalid
 from ldc.il import block
 from ldc.il import image as il_image
+from ldc.il.coordination import Coordination
+from ldc.il.coordination_image import unpack
 from ldc.il.external import Binding, Shared
 from ldc.il.program import Program
 from runtime.machine import Machine
@@ -17,6 +19,7 @@ from runtime.native.machine import Machine as Native
 from runtime.online import findings
 from runtime.online.controller import Loaded
 from runtime.online.wire import Part, Stage
+from runtime.slave.algorithm import Maker, makers
 from runtime.vm.machine import Machine as Virtual
 
 _WINDOW = 16 << 20
@@ -40,33 +43,38 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
         image = il_image.load(message.image)
         if running.resource >= len(image.program.resources):
             raise findings.refused(findings.unusable("it has no program for the processor that runs"))
-        machine = _machine(message, image, running, folder)
+        machine, algorithms = _machine(message, image, running, folder)
+        together = Coordination()
+        if message.together is not None:
+            together = unpack(message.together, lambda path: machine.symbols.find(path).type)
     except Invalid:
         raise
     except Exception as error:  # the bytes can be anything, and the running program must go on
         raise findings.refused(findings.unusable(f"{type(error).__name__}: {error}"[:300])) from error
-    return Loaded(machine, message.image, image.digest, tuple(message.sources))
+    return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms)
 
 
-def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Path) -> Machine:
+def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Path
+             ) -> tuple[Machine, dict[str, Maker]]:
     program, number, period = image.program, running.resource, running.period_ns
     with ExitStack() as files:
         bindings = _bindings(message, program, folder, files)
+        algorithms = makers(program, bindings)
         if not isinstance(running, Native):
-            return Virtual(program, number, period, bindings)
+            return Virtual(program, number, period, bindings), algorithms
         if message.library is None:
             raise findings.refused(findings.unusable(
                 "it has no native code, and the runtime runs nothing else"))
         path = _placed(message.library, folder, files)
         memory = block.make(program, image.layout, number, message.areas)
         parts = tuple((name, tuple(firsts)) for name, firsts in message.parts)
-        return Native(program, number, period, native=Code(path, memory, parts, bindings))
+        return Native(program, number, period, native=Code(path, memory, parts, bindings)), algorithms
 
 
 def _bindings(message: Stage, program: Program, folder: Path, files: ExitStack) -> tuple[Binding, ...]:
     """The components of the program, in the order of their numbers. Raises Invalid when one was not sent."""
     sent = {part.unit.upper(): part for part in message.components}
-    units = [unit.name for unit in program.units if unit.external is not None]
+    units = [u.name for u in (*program.units, *program.algorithms) if u.external is not None]
     missing = [name for name in units if name.upper() not in sent]
     if missing:
         raise findings.refused(findings.unusable(f"the code of component `{missing[0]}` is not with it"))

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ldc.diagnostics import Invalid
+from ldc.il.coordination_image import pack
 from runtime.online import findings, wire
 from runtime.online.audit import Audit, client_name
 from runtime.online.checks import Limits
@@ -201,7 +202,8 @@ class Server:
 
     def _pulled(self) -> Answer:
         running = self.controller.running
-        return Answer(state=self._state(), image=running.image, sources=list(running.sources))
+        return Answer(state=self._state(), image=running.image, together=pack(running.together),
+                      sources=list(running.sources))
 
     def _report(self) -> Answer:
         staged = self.controller.staged

@@ -54,7 +54,8 @@ class Part(msgspec.Struct, forbid_unknown_fields=True):
 class Stage(_Request, tag="stage"):
     """A program, compiled for the running one with the digest ``base``. ``library`` and ``parts``: native
     code and the places of its faults, None and empty for the virtual machine; ``areas``: bytes of I, Q and M
-    in its memory. ``components``: the code of those in C and C++. ``owner``: a secret of the client, by which
+    in its memory. ``components``: the code of those in C and C++; ``together``: how its modules work together
+    (``ldc.il.coordination_image``). ``owner``: a secret of the client, by which
     it is known again."""
 
     image: bytes
@@ -65,6 +66,7 @@ class Stage(_Request, tag="stage"):
     parts: list[tuple[str, list[int]]] = []
     areas: dict[str, int] = {}
     components: list[Part] = []
+    together: bytes | None = None
 
 
 class Act(_Request, tag="act"):
@@ -194,6 +196,7 @@ class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     state: State | None = None
     changes: Changes | None = None
     image: bytes | None = None
+    together: bytes | None = None
     sources: list[tuple[str, str]] | None = None
     values: list[Value] | None = None
     scan: int = 0

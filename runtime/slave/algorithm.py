@@ -52,8 +52,8 @@ class Algorithm(Protocol):
         """New parameters. They count from the next execution on."""
 
     def execute(self, dt_ns: int) -> bool:
-        """One execution, ``dt_ns`` after the last one, 0 for the first after a START. Whether it may have more
-        to do: it has power, or has changed its outputs or its state. Raises AlgorithmFault."""
+        """One execution, ``dt_ns`` after the last one, 0 for the first after a START. Whether it may have
+        more to do: it has power, or has changed its outputs or its state. Raises AlgorithmFault."""
 
     def outputs(self) -> tuple[bool | int | float, ...]:
         """The values of ``Placed.feedback`` without ``error`` and AFS."""
@@ -64,11 +64,13 @@ class Algorithm(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Maker:
-    """Makes algorithms of one unit. ``program``: what it needs to run alone; ``bindings``: native code in it."""
+    """Makes algorithms of one unit. ``program``: what it needs to run alone; ``bindings``: native code in
+    it; ``libraries``: the same, open: a loader finds them by name although the files may be gone by now."""
 
     unit: Unit
     program: Program
     bindings: tuple[Binding, ...]
+    libraries: tuple[object, ...] = ()
 
     def __call__(self, placed: Placed, field: Field) -> Algorithm:
         """Raises OSError when native code cannot be loaded, MissingNative when it is not bound."""
@@ -78,10 +80,19 @@ class Maker:
 
 
 def makers(program: Program, bindings: Iterable[Binding] = ()) -> dict[str, Maker]:
-    """How the algorithms of a program are made, by the names of their units in capitals."""
-    bound = tuple(bindings)
+    """How the algorithms of a program are made, by the names of their units in capitals. Raises OSError when
+    native code cannot be loaded."""
+    bound = tuple(bindings) if program.algorithms else ()
     full = {u.name.upper(): u for u in (*program.units, *program.algorithms)}
-    return {unit.name.upper(): Maker(unit, _alone(program, unit, full), bound) for unit in program.algorithms}
+    opened = tuple(map(_opened, bound))
+    return {unit.name.upper(): Maker(unit, _alone(program, unit, full), bound, opened)
+            for unit in program.algorithms}
+
+
+def _opened(binding: Binding) -> object:
+    from cffi import FFI  # which only native code needs
+
+    return FFI().dlopen(str(binding.library))
 
 
 def _alone(program: Program, unit: Unit, full: dict[str, Unit]) -> Program:
@@ -119,8 +130,8 @@ def _blocks(type_: Type) -> Iterable[str]:
 class NativeAlgorithm:
     """The entry of a component in C or C++, called on its three structures."""
 
-    __slots__ = ("error", "_entry", "_given", "_made", "_kept", "_bytes", "_before", "_names", "_values", "_reads",
-                 "_writes", "_fed", "_enabled", "_owned")
+    __slots__ = ("error", "_entry", "_given", "_made", "_kept", "_bytes", "_before", "_names", "_values",
+                 "_reads", "_writes", "_fed", "_enabled", "_owned")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -198,11 +209,11 @@ class NativeAlgorithm:
 
 
 class UnitAlgorithm:
-    """A component in IL or ST: its whole unit, checks and all, on a virtual machine. Its clock counts the times
-    between executions, so that it stands still while nothing is executed."""
+    """A component in IL or ST: its whole unit, checks and all, on a virtual machine. Its clock counts the
+    times between executions, so that it stands still while nothing is executed."""
 
-    __slots__ = ("error", "_machine", "_power", "_values", "_inputs", "_reads", "_writes", "_fed", "_all", "_before",
-                 "_error")
+    __slots__ = ("error", "_machine", "_power", "_values", "_inputs", "_reads", "_writes", "_fed", "_all",
+                 "_before", "_error")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -214,7 +225,8 @@ class UnitAlgorithm:
         self._inputs = tuple(symbol(p.name) for p in placed.parameters)
         self._values: list[bool | int | float | None] = [None] * len(self._inputs)
         self._reads = tuple((field.reader(p.path), symbol(p.name)) for p in placed.local if not p.output)
-        self._writes = tuple((field.writer(p.path), symbol(p.name), p.initial) for p in placed.local if p.output)
+        self._writes = tuple((field.writer(p.path), symbol(p.name), p.initial)
+                             for p in placed.local if p.output)
         fed = [symbol(p.name) for p in placed.feedback if p.name not in (ERROR, "AFS")]
         self._fed = machine.reader(fed)
         self._all = machine.reader(machine.symbols.all())
@@ -229,7 +241,8 @@ class UnitAlgorithm:
         for number, value in enumerate(values):
             if value != held[number]:
                 held[number] = value
-                machine.assign(self._inputs[number], bool(value) if self._inputs[number].type == BOOL else value)
+                symbol = self._inputs[number]
+                machine.assign(symbol, bool(value) if symbol.type == BOOL else value)
 
     def execute(self, dt_ns: int) -> bool:
         machine = self._machine
