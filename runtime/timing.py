@@ -118,7 +118,7 @@ class Timing:
         """What became of the tasks so far."""
         machine = self.machine
         processor = machine.program.resources[machine.resource].processor
-        return rows(processor, self.threads, self.scheduler.now_ns - self._began)
+        return rows(processor, self.threads, self.scheduler.now_ns, self._began)
 
     def _work(self, schedule: Schedule) -> Work:
         def work(now_ns: int) -> Iterator[int] | None:

@@ -252,6 +252,13 @@ def test_figures_of_a_run() -> None:
     assert fast.utilisation_percent == 20.0 and slow.utilisation_percent == 60.0
 
 
+def test_a_piece_that_goes_on_counts_as_far_as_it_went() -> None:
+    made = scheduler([[Spec("long", "control", 100, (1000,))]])
+    made.run(50)
+    (row,) = rows("master", made.threads[0], made.now_ns)
+    assert row.utilisation_percent == 100.0 and row.executions == 0
+
+
 @pytest.mark.parametrize("wrong", [
     lambda: Thread("t", "motion", 10, iter), lambda: Thread("t", "control", 0, iter),
     lambda: Thread("t", "customised", 10, iter), lambda: Thread("t", "control", 10, iter, priority=1 << 16),

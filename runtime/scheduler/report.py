@@ -31,12 +31,13 @@ class Row:
 COLUMNS = tuple(field.name for field in fields(Row))
 
 
-def rows(processor: str, threads: Iterable[Thread], elapsed_ns: int) -> tuple[Row, ...]:
-    """The threads of a processor over ``elapsed_ns`` of virtual time."""
-    def share(busy: int) -> float:
-        return round(100 * busy / elapsed_ns, 3) if elapsed_ns else 0.0
+def rows(processor: str, threads: Iterable[Thread], now_ns: int, began_ns: int = 0) -> tuple[Row, ...]:
+    """The threads of a processor from ``began_ns`` to ``now_ns`` of virtual time."""
+    def share(thread: Thread) -> float:
+        busy = thread.counts.busy - max(thread.ends - now_ns, 0)
+        return round(100 * busy / (now_ns - began_ns), 3) if now_ns > began_ns else 0.0
 
     return tuple(
         Row(processor, thread.name, c.executions, c.worst / 1000, round(c.mean / 1000, 3), c.jitter / 1000,
-            c.overruns, c.missed, c.watchdogs, c.lost, c.preemptions, share(c.busy))
+            c.overruns, c.missed, c.watchdogs, c.lost, c.preemptions, share(thread))
         for thread in threads for c in (thread.counts,))

@@ -201,7 +201,7 @@ class Scheduler:
                     thread.left -= cost
                     end = self.now_ns + cost
                     if self._turns or end >= self._until or agenda and end >= agenda[0][0]:
-                        on.busy = True
+                        on.busy, thread.ends = True, end
                         heappush(agenda, (end, _END, on.index, 0, thread, on))
                         return
                     self.now_ns = end  # until then nothing else happens anywhere

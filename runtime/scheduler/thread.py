@@ -81,7 +81,8 @@ class Thread:
     priority: int = 0
     on_watchdog: Callable[[int], None] | None = None
     counts: Counts = field(default_factory=Counts, init=False)
-    # What the scheduler notes: a level and priority; that and the rank; the place in the order of ties.
+    # What the scheduler notes. ``urgency``: level and priority; ``order``: that and the rank; ``number``: among
+    # equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
     urgency: int = field(init=False, repr=False)
     order: int = field(init=False, repr=False)
     number: int = field(init=False, repr=False, default=0)
@@ -95,6 +96,7 @@ class Thread:
     late: bool = field(init=False, repr=False, default=False)
     streak: int = field(init=False, repr=False, default=0)
     left: int = field(init=False, repr=False, default=0)
+    ends: int = field(init=False, repr=False, default=0)
 
     def __post_init__(self) -> None:
         if self.kind not in LEVELS:
