@@ -45,8 +45,8 @@ class Field:
         return lambda: view[index]
 
     def writer(self, path: str) -> Callable[[Value], None]:
-        """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError for
-        values that are none of the type. Raises UnknownPoint."""
+        """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError
+        for values that are none of the type. Raises UnknownPoint."""
         place = self._find(path)
         view, index = self._views[_FORMATS[place.type]], place.index
 
@@ -68,8 +68,8 @@ class Field:
         return self.places[key]
 
     def extended(self, places: Mapping[str, Point]) -> Field:
-        """The same words with the points of another program, which keep the places of those that both have. Raises
-        ValueError when there are not enough words."""
+        """The same words with the points of another program, which keep the places of those that both have.
+        Raises ValueError when there are not enough words."""
         if field_size(places) > len(self._bytes):
             raise ValueError(f"a field of {len(self._bytes)} bytes has no room for {len(places)} points")
         made = Field(self._bytes, places)

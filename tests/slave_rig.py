@@ -142,8 +142,8 @@ class MasterEnd:
 
 
 class Rig:
-    """The slaves of a compiled project, their field, and a master's end of every slot. ``units`` and ``trace``:
-    what they noted; ``now``: the time in ns."""
+    """The slaves of a compiled project, their field, and a master's end of every slot. ``units`` and
+    ``trace``: what they noted; ``now``: the time in ns."""
 
     def __init__(self, result: pipeline.Compiled, scan_ms: int = 1) -> None:
         program = result.program
@@ -156,8 +156,9 @@ class Rig:
         self.master = watch(allocate("master", shared), self.trace.append)
         numbers = sorted({p.slave for p in self.placed})
         self.slaves = [
-            SlavePart(n, watch(allocate(f"slave{n}", shared), self._seen), self.placed, self.makers, self.field,
-                      self.units.append, lambda: self.now, seen=self.trace.append, scan_ns=scan_ms * MS)
+            SlavePart(n, watch(allocate(f"slave{n}", shared), self._seen), self.placed, self.makers,
+                      self.field, self.units.append, lambda: self.now, seen=self.trace.append,
+                      scan_ns=scan_ms * MS)
             for n in numbers]
         self.links = {p.path: MasterEnd(self.master.shared, p) for p in self.placed}
 
@@ -176,8 +177,8 @@ class Rig:
             for slave in self.slaves:
                 slave.execute()
             self.talk()
-            self.trace.append(Snapshot(
-                self.now, Master.RUN, tuple(s.state for s in self.slaves), tuple(s.executing for s in self.slaves)))
+            states, executing = zip(*((s.state, s.executing) for s in self.slaves), strict=True)
+            self.trace.append(Snapshot(self.now, Master.RUN, states, executing))
             self.now += MS
 
     def talk(self) -> None:

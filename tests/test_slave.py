@@ -25,7 +25,14 @@ from runtime.vm.machine import Machine
 PATH = "main.axis"
 GO = {"enable": 1, "target": 2.0, "limit": 100.0}
 LANGUAGES = pytest.mark.parametrize("language", ["c", "st"])
-TABLE = "PROGRAM main\nVAR a : ARRAY [1..{0}] OF AXIS; END_VAR\nRUNG <a[1]: AXIS(target := 1.0)>\nEND_PROGRAM\n"
+ALONE = "PROGRAM main\nVAR axis : AXIS; END_VAR\nRUNG <axis: AXIS() in=_>\nEND_PROGRAM\n"
+MOVER = "PROGRAM main\nVAR mover : MOVER; END_VAR\nRUNG <mover: MOVER()>\nEND_PROGRAM\n"
+TABLE = """\
+PROGRAM main
+VAR a : ARRAY [1..{0}] OF AXIS; END_VAR
+RUNG <a[1]: AXIS(target := 1.0)>
+END_PROGRAM
+"""
 
 
 @pytest.fixture(params=["c", "st"])
@@ -48,7 +55,8 @@ def test_from_start_to_rest(rig: Rig) -> None:
     assert last["position"] == pytest.approx(1.1, abs=1e-5) and last["us"] == 1000
     assert slave.state is Slave.RUN and slave.executing == 1
     rig.run(15)
-    assert rig.told(PATH)[-1] == {"arrived": 1, "position": 2.0, "us": 1000, "error": 0, "AFS": Algorithm.RUNNING}
+    there = {"arrived": 1, "position": 2.0, "us": 1000, "error": 0, "AFS": Algorithm.RUNNING}
+    assert rig.told(PATH)[-1] == there
     rig.run(5)
     assert rig.told(PATH) == []  # nothing changes: nothing is sent
     rig.send(PATH, Command.UPDATE, **GO | {"enable": 0, "limit": 1000.0})
@@ -240,11 +248,13 @@ def test_feedback_no_more_often_than_the_master_scans(tmp_path: Path) -> None:
 
 @LANGUAGES
 def test_without_a_pin_for_the_power_it_executes_until_a_stop(tmp_path: Path, language: str) -> None:
-    write(tmp_path, language, main="PROGRAM main\nVAR axis : AXIS; END_VAR\nRUNG <axis: AXIS() in=_>\nEND_PROGRAM\n")
-    descriptor = (tmp_path / "axis.ldc.toml").read_text().replace("[requires]\n", "[requires]\npower = false\n")
+    write(tmp_path, language, main=ALONE)
+    descriptor = (tmp_path / "axis.ldc.toml").read_text()
+    descriptor = descriptor.replace("[requires]\n", "[requires]\npower = false\n")
     (tmp_path / "axis.ldc.toml").write_text(descriptor)
     body = (tmp_path / f"axis.{language}").read_text()
-    body = body.replace("in->enable", "true").replace("SEL(enable, 0.0, target)", "target").replace("enable AND ", "")
+    body = body.replace("in->enable", "true").replace("SEL(enable, 0.0, target)", "target")
+    body = body.replace("enable AND ", "")
     (tmp_path / f"axis.{language}").write_text(body)
     rig = Rig(compiled(tmp_path))
     rig.send(PATH, Command.START, target=0.0, limit=1.0)
@@ -258,13 +268,14 @@ def test_without_a_pin_for_the_power_it_executes_until_a_stop(tmp_path: Path, la
 
 @LANGUAGES
 def test_a_component_in_an_algorithm_is_called_there(tmp_path: Path, language: str) -> None:
-    write(tmp_path, language, main="PROGRAM main\nVAR mover : MOVER; END_VAR\nRUNG <mover: MOVER()>\nEND_PROGRAM\n")
+    write(tmp_path, language, main=MOVER)
     (tmp_path / "mover.ldc.toml").write_text(
         '[component]\nname = "MOVER"\nid = "t.mover"\n[provides]\noutputs = [{ name = "y", type = "REAL" }]\n'
         '[function]\nlanguage = "st"\nsources = ["mover.st"]\nprocessor = "slave"\nperiod_us = 2000\n')
     (tmp_path / "mover.st").write_text(
         "FUNCTION_BLOCK MOVER\nVAR inner : AXIS; END_VAR\n"
-        "    inner(enable := enable, target := 1.0, limit := 100.0);\n    y := inner.position;\nEND_FUNCTION_BLOCK\n")
+        "    inner(enable := enable, target := 1.0, limit := 100.0);\n    y := inner.position;\n"
+        "END_FUNCTION_BLOCK\n")
     rig = Rig(compiled(tmp_path))
     assert [(p.path, p.period_ns) for p in rig.placed] == [("main.mover", 2 * MS)]
     rig.send("main.mover", Command.START, enable=1)
@@ -280,7 +291,8 @@ def test_four_slaves_with_paces_of_their_own(tmp_path: Path, language: str) -> N
         text = AXIS.replace('"AXIS"', f'"AXIS{n}"').replace("test.axis", f"test.axis{n}")
         text = text.replace("slave1", f"slave{n}").replace("= 1000\n", f"= {n}000\n")
         text = text.replace("LANGUAGE", language).replace("SUFFIX", f"{n}.{language}")
-        body = (tmp_path / f"axis.{language}").read_text().replace("axis", f"axis{n}").replace("AXIS", f"AXIS{n}")
+        body = (tmp_path / f"axis.{language}").read_text()
+        body = body.replace("axis", f"axis{n}").replace("AXIS", f"AXIS{n}")
         (tmp_path / f"axis{n}.ldc.toml").write_text(text.replace(f'"axis.{n}', f'"axis{n}'))
         (tmp_path / f"axis{n}.{language}").write_text(body)
         declared.append(f"a{n} : AXIS{n};")
@@ -321,8 +333,8 @@ def test_parameters_lie_in_ad(rig: Rig) -> None:
     assert memoryview(raw).cast("f").tolist()[1:] == [2.0, 100.0] and raw[0] == 1
 
 
-commands = st.lists(st.tuples(st.sampled_from(["start", "on", "off", "stop", "error", "reset"]), st.integers(0, 6)),
-                    max_size=12)
+steps = st.sampled_from(["start", "on", "off", "stop", "error", "reset"])
+commands = st.lists(st.tuples(steps, st.integers(0, 6)), max_size=12)
 
 
 @pytest.fixture(scope="module")
@@ -452,7 +464,7 @@ def test_points_of_the_field(tmp_path: Path) -> None:
     assert other.reader("main.axis.measured")() == pytest.approx(0.1, abs=1e-8)
     field.writer("%IX0.0")(True)
     assert other.reader("main.go")() is True and other.asked == {"MAIN.AXIS.MEASURED", "MAIN.GO"}
-    with pytest.raises(UnknownPoint, match=r"no point `main.axis.measure`, did you mean `main.axis.measured`"):
+    with pytest.raises(UnknownPoint, match="no point `main.axis.measure`, did you mean `main.axis.measured`"):
         field.reader("main.axis.measure")
 
 

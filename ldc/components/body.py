@@ -74,18 +74,23 @@ def with_local_pins(component: Component, variables: tuple[Variable, ...]) -> tu
     if not kinds:
         return variables
     pins = (*component.inputs, *component.parameters, *component.outputs)
-    order = {p.name.upper(): n for n, p in enumerate(pins, 1)} | {ENABLE.upper(): 0, ERROR.upper(): len(pins) + 1}
+    order = {p.name.upper(): n for n, p in enumerate(pins, 1)}
+    order |= {ENABLE.upper(): 0, ERROR.upper(): len(pins) + 1}
     if component.power is not None:
         order[component.power.upper()] = len(component.inputs) + len(component.parameters) + 0.5
     found = [replace(v, kind=kinds.get(v.name.upper(), v.kind)) for v in variables]
     rank = {"input": 0, "output": 1}
-    return tuple(sorted(found, key=lambda v: (rank.get(v.kind, 2), order.get(v.name.upper(), 0) if v.kind in rank
-                                              else 0)))
+
+    def place(v: Variable) -> tuple[int, float]:
+        return (rank[v.kind], order[v.name.upper()]) if v.kind in rank else (2, 0)
+
+    return tuple(sorted(found, key=place))
 
 
 def proxy(component: Component, pou: Pou, slave: int, diagnostics: Diagnostics) -> Unit | None:
-    """What the ladder calls in place of a component that ``slave`` executes by itself; None with findings when
-    a pin cannot be sent. Outputs and ``FED_ERROR`` are written between scans by what the slave feeds back."""
+    """What the ladder calls in place of a component that ``slave`` executes by itself; None with findings
+    when a pin cannot be sent. Outputs and ``FED_ERROR`` are written between scans by what the slave feeds
+    back."""
     good = True
     pins = (*component.inputs, *component.outputs, *component.parameters)
     for variable in (v for v in pou.variables.values() if v.name.upper() in {p.name.upper() for p in pins}):

@@ -244,7 +244,9 @@ class _Pins:
             )
         if table.local and path[0] == "properties":
             self.tables.wrong(
-                (*path, "local"), f"`{table.name}` is no input or output", "only these can be wired on a slave"
+                (*path, "local"),
+                f"`{table.name}` is no input or output",
+                "only these can be wired on a slave",
             )
         place = self.tables.spans.get((*path, "value"))
         return Pin(

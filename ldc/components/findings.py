@@ -261,7 +261,8 @@ def no_slot(diagnostics: Diagnostics, span: Span, name: str, path: str, slave: i
         f"slave{slave} has no room for the algorithm `{path}`",
         span,
         f"{name} takes {128 * slots} bytes in each direction",
-        help="a slave has 32 slots and 4096 bytes: execute some instances on another one, or give components fewer pins",
+        help="a slave has 32 slots and 4096 bytes: execute some instances on another one, or give "
+        "components fewer pins",
     )
 
 
@@ -281,11 +282,14 @@ def called_here(diagnostics: Diagnostics, span: Span, name: str, target: str) ->
         f"component {name} is called in every scan on {target}",
         span,
         "its own pace",
-        help="algorithms at their own pace run on this computer; firmware calls components and waits for them",
+        help="algorithms at their own pace run on this computer; firmware calls components and waits for "
+        "them",
     )
 
 
-def memory_of_master(diagnostics: Diagnostics, span: Span | None, name: str, component: str, slave: int) -> None:
+def memory_of_master(
+    diagnostics: Diagnostics, span: Span, name: str, component: str, slave: int
+) -> None:
     diagnostics.error(
         "LD1025",
         f"slave{slave} has no `{name}`: it belongs to the master",

@@ -14,8 +14,8 @@ from ldc.il.program import Program
 
 
 def slaves(processors: Mapping[str, str]) -> frozenset[int]:
-    """The numbers of a project's slaves, from the roles of its processors by name: N of a slave that is called
-    slaveN, the least free number for others in their order."""
+    """The numbers of a project's slaves, from the roles of its processors by name: N of a slave that is
+    called slaveN, the least free number for others in their order."""
     named = [name.lower() for name, role in processors.items() if role == "slave"]
     own = {number for number in range(1, SLAVES + 1) if f"slave{number}" in named}
     free = iter([number for number in range(1, SLAVES + 1) if number not in own])
@@ -24,8 +24,8 @@ def slaves(processors: Mapping[str, str]) -> frozenset[int]:
 
 
 def slave_of(component: Component, slaves: Set[int]) -> int | None:
-    """The slave that executes a component by itself, None when it is called. A component for any slave goes to
-    the first one."""
+    """The slave that executes a component by itself, None when it is called. A component for any slave goes
+    to the first one."""
     if component.period_us is None or component.processor == "master" or not slaves:
         return None
     number = min(slaves) if component.processor == "slave" else int(component.processor[-1])

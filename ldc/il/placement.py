@@ -1,8 +1,8 @@
 """Where algorithms execute and how their data pass: slave, slot, ids of parameters (SPEC 1.3, 2.4).
 
-An algorithm is an instance of a unit with a ``Pace``. On the master it is a proxy, on its slave the unit of the
-same name in ``Program.algorithms``. Both sides build on what is computed here, so nothing of it is sent. All
-functions are pure, and the same program gives the same placement.
+An algorithm is an instance of a unit with a ``Pace``. On the master it is a proxy, on its slave the unit of
+the same name in ``Program.algorithms``. Both sides build on what is computed here, so nothing of it is sent.
+All functions are pure, and the same program gives the same placement.
 
 A slot n of 128 bytes, or of a multiple of that, begins n times its size behind the begin of SMD and MSD; n is
 also its bit in the words of flags. Slots of different sizes share one window where neither bytes nor bits
@@ -62,8 +62,9 @@ class Placed:
 
     ``path``: of the instance, with the name of its program. ``module``: the index of that program among the
     modules, None for an instance elsewhere. ``slave``: 1 .. 4; ``slot``: 0 .. 31 of it, ``blocks`` times 128
-    bytes long; ``ad``: the byte of AD where its parameters begin, that of pid 1. ``parameters``: to the slave, ``enable``
-    first when the component has it. ``feedback``: outputs, then ``error``, last AFS (``processors.states``).
+    bytes long; ``ad``: the byte of AD where its parameters begin, that of pid 1. ``parameters``: to the
+    slave, ``enable`` first when the component has it. ``feedback``: outputs, then ``error``, last AFS
+    (``processors.states``).
     """
 
     path: str
@@ -125,8 +126,8 @@ def transfer_type(type_: Type) -> str | None:
 
 def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Placed] = ()
            ) -> tuple[Placed, ...]:
-    """The algorithms of a program in its order, by aid when there is no placement before. ``modules``: names of
-    programs by their index; () for all in the order in which they run. An instance of ``previous`` that is
+    """The algorithms of a program in its order, by aid when there is no placement before. ``modules``: names
+    of programs by their index; () for all in the order in which they run. An instance of ``previous`` that is
     still there and has the same pins keeps slot and aid. Raises NoRoom."""
     if not program.algorithms:
         return ()
@@ -153,8 +154,8 @@ def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Pla
 
 def points(program: Program, algorithms: Sequence[Placed], previous: Mapping[str, Point] = {}
            ) -> dict[str, Point]:
-    """The points of the field by path in capitals: local pins of algorithms, and located variables of the areas
-    I and Q by address and by path. Those of ``previous`` keep their words."""
+    """The points of the field by path in capitals: local pins of algorithms, and located variables of the
+    areas I and Q by address and by path. Those of ``previous`` keep their words."""
     wanted = [((pin.path,), pin.type) for p in algorithms for pin in p.local]
     located: dict[tuple[str, str], list[str]] = {}
     units = {u.name.upper(): u for u in program.units}

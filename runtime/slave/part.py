@@ -1,20 +1,22 @@
 """A slave as a part: its memory, its algorithms and their states, without a clock or a thread of its own.
 
-``communicate`` is its communication thread (level 1): it serves the transfers of its slots. ``execute`` is its
-algorithm thread (level 2): it executes what is due (SPEC 6.1). Whoever has them runs them in virtual or in real
-time, one after the other. The part touches its own memory, its words of the shared memory and the field.
+``communicate`` is its communication thread (level 1): it serves the transfers of its slots. ``execute`` is
+its algorithm thread (level 2): it executes what is due (SPEC 6.1). Whoever has them runs them in virtual or
+in real time, one after the other. The part touches its own memory, its words of the shared memory and the
+field.
 
 An algorithm executes from START until one of these:
 
 - an execution without power has changed neither its outputs nor its state: AFS = done, feedback;
 - ``error`` is not 0 after an execution, or an output is a number that cannot be sent: AFS = error, feedback;
 - STOP, or RESET of its link: it ends at once, AFS = idle, and nothing is fed back;
-- a fault in its IL: AFS = error, feedback with the number of the fault (801 for LD0801), and the slave goes to
-  ``serror``: all other algorithms end at once. So they do in an emergency, or when a link fails.
+- a fault in its IL: AFS = error, feedback with the number of the fault (801 for LD0801), and the slave goes
+  to ``serror``: all other algorithms end at once. So they do in an emergency, or when a link fails.
 
-RESET of any link leads out of ``serror``; the algorithm with the fault begins with its initial state then. Until that
-a START is taken, and answered by AFS = error. Whatever ends at once or with an error, its local outputs get their
-initial values. What has ended takes a further UPDATE without doing anything: its master may not know yet.
+RESET of any link leads out of ``serror``; the algorithm with the fault begins with its initial state then.
+Until that a START is taken, and answered by AFS = error. Whatever ends at once or with an error, its local
+outputs get their initial values. What has ended takes a further UPDATE without doing anything: its master may
+not know yet.
 """
 
 from __future__ import annotations
@@ -46,19 +48,20 @@ _TICK = 1_000_000
 
 
 class SlavePart:
-    """``placed``: the algorithms of the project, of which those of slave ``number`` are taken; ``makers`` by names
-    of units in capitals (``algorithm.makers``). ``note`` is given the units as they are executed, ``seen`` what
-    invariants ask for; None: nobody listens. ``now``: the time in ns. ``scan_ns``: of the master; feedback goes
-    out no more often. ``ack_periods``: milliseconds without an answer until a transfer is repeated.
+    """``placed``: the algorithms of the project, of which those of slave ``number`` are taken; ``makers`` by
+    names of units in capitals (``algorithm.makers``). ``note`` is given the units as they are executed,
+    ``seen`` what invariants ask for; None: nobody listens. ``now``: the time in ns. ``scan_ns``: of the
+    master; feedback goes out no more often. ``ack_periods``: milliseconds without an answer until a transfer
+    is repeated.
 
-    ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises what
-    makers raise.
+    ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
+    what makers raise.
     """
 
-    def __init__(self, number: int, memory: Memory, placed: Sequence[Placed], makers: Mapping[str, Maker], field: Field,
-                 note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
-                 seen: Callable[[Took | Executed], None] | None = None, scan_ns: int = 0, ack_periods: int = 5,
-                 profile: Profile = U_STAR) -> None:
+    def __init__(self, number: int, memory: Memory, placed: Sequence[Placed], makers: Mapping[str, Maker],
+                 field: Field, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
+                 seen: Callable[[Took | Executed], None] | None = None, scan_ns: int = 0,
+                 ack_periods: int = 5, profile: Profile = U_STAR) -> None:
         self.number, self.name, self.memory, self.field = number, PROCESSORS[number], memory, field
         self.state = Slave.STOP
         self.faults: list[AlgorithmFault] = []
@@ -72,9 +75,11 @@ class SlavePart:
 
     # ---- which algorithms there are ----------------------------------------------------------------
 
-    def place(self, placed: Sequence[Placed], makers: Mapping[str, Maker], field: Field | None = None) -> None:
-        """Another placement, between two periods: an algorithm that has its place, its pins and its body still
-        goes on with its state; others end at once, and new ones are made. ``field``: with all their points."""
+    def place(self, placed: Sequence[Placed], makers: Mapping[str, Maker], field: Field | None = None
+              ) -> None:
+        """Another placement, between two periods: an algorithm that has its place, its pins and its body
+        still goes on with its state; others end at once, and new ones are made. ``field``: with all their
+        points."""
         self.field = field or self.field
         before = {slot.placed.path.upper(): slot for slot in self._slots}
         found = []
@@ -91,8 +96,9 @@ class SlavePart:
         self._slots = [slot if isinstance(slot, Slot) else self._made(*slot) for slot in found]
 
     def _made(self, p: Placed, maker: Maker) -> Slot:
-        out, into = (Link(channel(p.slave, to_slave, p.slot, p.size), self._profile, ack_periods=self._ack_periods)
-                     for to_slave in (False, True))
+        out, into = (
+            Link(channel(p.slave, to_slave, p.slot, p.size), self._profile, ack_periods=self._ack_periods)
+            for to_slave in (False, True))
         return Slot(p, maker, self.field, Endpoint(self.memory.shared, out, into, Situation()), self.memory)
 
     @property
@@ -118,8 +124,8 @@ class SlavePart:
     # ---- communication, level 1 --------------------------------------------------------------------
 
     def communicate(self) -> bool:
-        """Serves the transfers of this slave as far as they go on now. Whether there was anything to do, so that
-        the master may have to do something too."""
+        """Serves the transfers of this slave as far as they go on now. Whether there was anything to do, so
+        that the master may have to do something too."""
         pending, ticks, now = self.memory.shared.load(self._running) | self._open, False, self._now()
         if now >= self._tick_at:
             self._tick_at, ticks = now + _TICK, True
@@ -132,8 +138,8 @@ class SlavePart:
         return True
 
     def _looked_after(self) -> int:
-        """One idle slot a period gets its tick, so that flags that were disturbed do not stay; its mask when that
-        has made work."""
+        """One idle slot a period gets its tick, so that flags that were disturbed do not stay; its mask when
+        that has made work."""
         if not self._slots:
             return 0
         self._looked_at = (self._looked_at + 1) % len(self._slots)
@@ -201,8 +207,8 @@ class SlavePart:
     # ---- execution, level 2 ------------------------------------------------------------------------
 
     def execute(self) -> bool:
-        """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate`` has
-        something to do."""
+        """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate``
+        has something to do."""
         if not self._live:
             return False
         now = self._now()
@@ -271,7 +277,7 @@ class SlavePart:
         slot.execute_flag(False)
         slot.enter(state)
         if not self.executing:
-            self._move(*(SlaveEvent.ENDED, SlaveEvent.START) if self._live else (SlaveEvent.ENDED, SlaveEvent.STOP))
+            self._move(SlaveEvent.ENDED, SlaveEvent.START if self._live else SlaveEvent.STOP)
 
     def _cease(self, slot: Slot) -> None:
         """It ends at once, and its local outputs are safe."""

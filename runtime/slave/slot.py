@@ -30,15 +30,17 @@ def of_p(aid: int, pins: Iterable[PlacedPin]) -> Parameters:
 
 class Slot:
     """``live``: it was started and has not ended; ``begun``: it has been executed since; ``first``: the next
-    execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer whose
-    parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made anew.
-    ``tell``: feedback is to go out, ``sent`` what went out last, ``feed_at``: when it is looked at again."""
+    execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer
+    whose parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made
+    anew. ``tell``: feedback is to go out, ``sent`` what went out last, ``feed_at``: when it is looked at
+    again."""
 
-    __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last", "seq",
-                 "fresh", "state", "error", "faulty", "tell", "sent", "feed_at", "_memory", "_taken", "_fed", "_values",
-                 "_afs")
+    __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last",
+                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "feed_at", "_memory", "_taken",
+                 "_fed", "_values", "_afs")
 
-    def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory) -> None:
+    def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory
+                 ) -> None:
         self.placed, self.maker, self.endpoint = placed, maker, endpoint
         self.algorithm = maker(placed, field)
         self.mask = 1 << placed.slot
