@@ -20,8 +20,8 @@ from runtime.vm import paced
 
 
 class Executions:
-    """How tasks of ``machine`` are executed in pieces; a ``paced.Machine`` goes rung by rung, of another one a
-    task is one piece that costs what all its rungs cost, further passes of loops left out.
+    """How tasks of ``machine`` are executed in pieces; a ``paced.Machine`` goes rung by rung, of another one
+    a task is one piece that costs what all its rungs cost, further passes of loops left out.
 
     ``watchdogs``: task name in capitals -> ns that an execution may take from its begin to its end by
     ``clock``, the time in which it is pre-empted included; one that takes longer is stopped by a fault at its

@@ -24,8 +24,8 @@ def cost_of(manifest: Manifest) -> Cost:
 
 
 def watchdogs_of(machine: Machine, manifest: Manifest) -> dict[str, int]:
-    """What executions of its tasks may take in ns, by name in capitals. Raises Invalid for a watchdog of a task
-    that is none."""
+    """What executions of its tasks may take in ns, by name in capitals. Raises Invalid for a watchdog of a
+    task that is none."""
     known = {schedule.task.name.upper(): schedule.task.name for schedule in machine.schedules}
     here = machine.program.resources[machine.resource].processor
     watchdogs, diagnostics = {}, Diagnostics()

@@ -27,7 +27,7 @@ _END, _PERIOD = 0, 1
 @dataclass(slots=True, eq=False)
 class _Processor:
     """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
-    that it pre-empted; ``busy``: a piece of it is in work; ``scan``: the thread that ``customised`` follow."""
+    that it pre-empted; ``busy``: a piece is in work; ``scan``: the thread that ``customised`` follow."""
 
     index: int
     threads: dict[str, Thread]

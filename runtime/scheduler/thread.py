@@ -66,8 +66,8 @@ class Thread:
     ``period_ns``: time between two activations, the first at ``offset_ns``; None: by events, by ``release``,
     or, when it is customised, after each scan of the processor's first control thread. ``budget_ns``: the
     most that a customised thread gets per scan (it never gets more than 30 % of the slack). ``priority``:
-    inside of the level, 0 is the most urgent; one of higher priority pre-empts one of lower priority as threads
-    of different levels do.
+    inside of the level, 0 is the most urgent; one of higher priority pre-empts one of lower priority, as
+    threads of different levels do.
     ``on_watchdog``: called with the time when the watchdog comes (rule R3).
     Raises ValueError for a kind, a time or a priority that is none.
     """
@@ -81,8 +81,8 @@ class Thread:
     priority: int = 0
     on_watchdog: Callable[[int], None] | None = None
     counts: Counts = field(default_factory=Counts, init=False)
-    # What the scheduler notes. ``urgency``: level and priority; ``order``: that and the rank; ``number``: among
-    # equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
+    # What the scheduler notes. ``urgency``: level and priority; ``order``: that and the rank; ``number``:
+    # among equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
     urgency: int = field(init=False, repr=False)
     order: int = field(init=False, repr=False)
     number: int = field(init=False, repr=False, default=0)
