@@ -386,6 +386,24 @@ def test_another_placement_keeps_what_stays(tmp_path: Path) -> None:
     rig.sound()
 
 
+@pytest.mark.parametrize(("text", "kept"), [("y := x + 1;", True), ("y := x + 2;", False)])
+def test_an_algorithm_whose_blocks_change_is_made_anew(tmp_path: Path, text: str, kept: bool) -> None:
+    def program(body: str) -> pipeline.Compiled:
+        write(tmp_path, "st", plus__st="FUNCTION_BLOCK PLUS\nVAR_INPUT x : DINT; END_VAR\n"
+              f"VAR_OUTPUT y : DINT; END_VAR\n    {body}\nEND_FUNCTION_BLOCK\n")
+        (tmp_path / "axis.st").write_text(
+            "FUNCTION_BLOCK AXIS\nVAR plus : PLUS; END_VAR\n    plus(x := 1);\n"
+            "    position := position + DINT_TO_REAL(plus.y);\nEND_FUNCTION_BLOCK\n")
+        return compiled(tmp_path)
+
+    rig = Rig(program("y := x + 1;"))
+    rig.send(PATH, Command.START, **GO)
+    rig.run(3)
+    new = program(text).program
+    rig.slaves[0].place(placed(new, previous=rig.placed), makers(new))
+    assert rig.slaves[0].executing == int(kept)
+
+
 # ---- placement, proxies, field -------------------------------------------------------------------
 
 

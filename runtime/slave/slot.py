@@ -95,11 +95,12 @@ class Slot:
         return layout.words.pack(*chain.from_iterable(zip(layout.pids, self.sent, strict=True)))
 
     def goes_on(self, new: Placed, maker: Maker) -> bool:
-        """Whether the algorithm of another placement is this one: same place, same pins, same body."""
-        was = self.placed
+        """Whether the algorithm of another placement is this one: same place, same pins, and
+        everything that it executes the same."""
+        was, old, units = self.placed, self.maker.program.units, maker.program.units
         return ((was.slot, was.aid, was.ad, was.unit.upper(), was.parameters, was.feedback, was.local) ==
                 (new.slot, new.aid, new.ad, new.unit.upper(), new.parameters, new.feedback, new.local)
-                and same_body(self.maker.unit, maker.unit))
+                and len(old) == len(units) and all(map(same_body, old, units)))
 
 
 def executing(memory: Memory) -> int:
