@@ -46,12 +46,13 @@ class Events(Protocol):
 
 
 class _Slave:
-    """``index``: among the processors; ``due``: when its algorithms execute next, None while all rest."""
+    """``index``: among the processors; ``due``: when its algorithms execute next, None while all rest;
+    ``period_ns``: of its algorithms."""
 
-    __slots__ = ("part", "index", "due")
+    __slots__ = ("part", "index", "due", "period_ns")
 
     def __init__(self, part: SlavePart, index: int) -> None:
-        self.part, self.index = part, index
+        self.part, self.index, self.period_ns = part, index, part.period_ns
         self.due: int | None = None
 
 
@@ -149,6 +150,7 @@ class System:
         self._known = {id(self.machine): before, _key(self.master.runner): after}
         for slave in self._slaves:
             slave.part.place(after.placed, after.makers, after.field)
+            slave.period_ns = slave.part.period_ns
 
         def goes_on(old: Placed, new: Placed) -> bool:
             bodies = (known.makers[p.unit.upper()].unit for known, p in ((before, old), (after, new)))
@@ -201,9 +203,9 @@ class System:
             if self._flags.by_slave(part.number):
                 self._scheduler.raise_event(0, "communication")
             if part.busy and slave.due is None:
-                slave.due = -(-now // part.period_ns) * part.period_ns
+                slave.due = -(-now // slave.period_ns) * slave.period_ns
                 if slave.due == now:
-                    slave.due += part.period_ns
+                    slave.due += slave.period_ns
                     self._scheduler.raise_event(slave.index, "algorithm")
 
         def algorithm(now: int) -> None:
@@ -223,33 +225,37 @@ class System:
 
     def scan(self) -> None:
         """One scan of the master, and what else happens until the next one."""
-        scheduler, slaves = self._scheduler, self._slaves
+        scheduler, slaves, plant = self._scheduler, self._slaves, self._plant
         end = scheduler.now_ns + self.machine.period_ns
         while True:
-            due = [slave.due for slave in slaves if slave.due is not None]
-            if self._plant is not None:
-                due.append(self._plant_due)
-            now = min(scheduler.next_ns, end, *due)
+            now = scheduler.next_ns
+            if plant is not None and self._plant_due < now:
+                now = self._plant_due
+            for slave in slaves:
+                if slave.due is not None and slave.due < now:
+                    now = slave.due
             if now >= end:
                 break
-            scheduler.run(now)
             self._instant(now)
         scheduler.run(end)
         if self._executions is not None:
             self.machine.end()
 
     def _instant(self, now: int) -> None:
-        """Everything that happens at one moment."""
+        """Everything that happens at one moment; the scheduler is asked only when it has threads to execute."""
         scheduler = self._scheduler
         if self._plant is not None and self._plant_due <= now:
             self._plant.step(self._began + now, self._plant_ns)
             self._plant_due += self._plant_ns
-        for slave in self._slaves:
-            if slave.due is not None and slave.due <= now:
-                slave.due = now + slave.part.period_ns if slave.part.busy else None
-                if slave.due is not None:
-                    scheduler.release(slave.index, "algorithm")
-        scheduler.run(now + 1)
+        due = [slave for slave in self._slaves if slave.due is not None and slave.due <= now]
+        if due:
+            scheduler.run(now)
+        for slave in due:
+            slave.due = now + slave.period_ns if slave.part.busy else None
+            if slave.due is not None:
+                scheduler.release(slave.index, "algorithm")
+        if due or scheduler.next_ns <= now:
+            scheduler.run(now + 1)
         if self._seen is not None:
             self._seen(self.snapshot(now))
 

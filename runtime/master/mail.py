@@ -27,6 +27,7 @@ class Mail:
         self._data: dict[str, Symbol] = {}
         self._targets: dict[str, Symbol] = {}
         self._flags: list[Symbol] = []
+        self._waits = True
 
     def bind(self, machine: Machine) -> None:
         """Goes on with the variables of a machine."""
@@ -57,12 +58,14 @@ class Mail:
             if self._messages.rises(message, bool(on)):
                 symbol = self._data.get(message.name)
                 value = None if symbol is None else self._machine.value(symbol)
+                self._waits = True
                 yield message, self._messages.broadcast(message, value)
 
     def raise_system(self, name: str, value: int = 0) -> Message | None:
         """Broadcasts a message of the system, when somebody has subscribed to it."""
         message = self._system.get(name)
         if message is not None:
+            self._waits = True
             self._messages.broadcast(message, value)
         return message
 
@@ -74,6 +77,9 @@ class Mail:
 
     def handle(self, note: Callable[[Message, Subscriber], None]) -> None:
         """C.MSG: every subscriber of every message that waits; ``note`` is told each."""
+        if not self._waits:
+            return
+
         def call(message: Message, subscriber: Subscriber, value: Value | None) -> None:
             note(message, subscriber)
             if subscriber.data and value is not None:
@@ -85,7 +91,7 @@ class Mail:
                 self._machine.assign(symbol, True)
                 self._flags.append(symbol)
 
-        self._messages.handle(call)
+        self._waits = self._messages.handle(call) > 0
 
     def clear(self) -> None:
         """Nothing waits any longer."""

@@ -146,13 +146,18 @@ class Modules:
 
     def ended(self) -> Iterator[Life]:
         """C.END: clears the start bits of modules that have ended, those without `start` by their algorithms."""
-        bits, done = self._memory.bits, self._done()
-        for life in self.lives:
-            working, executes = bits.test(life.word, life.mask), life.executes
-            if working and not executes:
-                at = None if life.start is None else self._done_at.get(life.module.index)
-                if at is None or done[at]:
-                    yield self.clear(life)
+        done: tuple | None = None
+        for word in self._words:
+            working = self._memory.bits.load(word)
+            if not working:
+                continue
+            for life in self.lives:
+                if life.word == word and working & life.mask and not life.executes:
+                    at = None if life.start is None else self._done_at.get(life.module.index)
+                    if at is not None and done is None:
+                        done = self._done()
+                    if at is None or done[at]:
+                        yield self.clear(life)
 
     def clear(self, life: Life) -> Life:
         """The start bit of a module becomes 0."""

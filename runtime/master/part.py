@@ -64,9 +64,11 @@ class MasterPart:
         self.customised_program: Customised | None = None
         self._fresh: dict[int, Proxy] = {}
         self._held: list[tuple[Symbol, object]] = []
-        self._estop_of: Callable[[], tuple] = tuple
-        self._reset_of: Callable[[], tuple] = tuple
+        self._safety: Callable[[], tuple] = tuple
+        self._safety_before: tuple | None = None
         self._reset_before = False
+        self._late = False
+        self._scrubbed = 0
         self._bind(self.machine)
         if coordination.sequence is not None:
             self.customised_program = Customised(memory, self._reader)
@@ -125,9 +127,10 @@ class MasterPart:
         self.mail.bind(machine)
         if self._wiring is not None:
             self._wiring.bind(machine)
-        safety = self.coordination
-        self._estop_of = machine.reader(machine.find([safety.estop] if safety.estop else []))
-        self._reset_of = machine.reader(machine.find([safety.reset] if safety.reset else []))
+        said = self.coordination
+        wanted = machine.find(path for path in (said.estop, said.reset) if path)
+        self._safety, self._safety_before = machine.reader(wanted), None
+        self._late = any(symbol.area != "I" for symbol in wanted)
         if self._held:
             self._hold_all()
 
@@ -150,10 +153,11 @@ class MasterPart:
         self._end()
 
     def _begin(self) -> None:
-        for proxy in self.proxies:
-            told = proxy.tick()
+        for number, proxy in enumerate(self.proxies):
+            told = proxy.tick(number == self._scrubbed)
             if told is not None:
                 self._learn(proxy, told)
+        self._scrubbed = (self._scrubbed + 1) % max(len(self.proxies), 1)
         if self._fresh:
             self._feedback()
         if self._wiring is not None:
@@ -188,7 +192,8 @@ class MasterPart:
         if _machine(self.runner) is not self.machine:
             self._on_machine()
         self.mail.fall()
-        self._look_at_safety()
+        if self._late:
+            self._look_at_safety()
         for proxy in self.proxies:
             command = proxy.look()
             if command is not None:
@@ -293,11 +298,15 @@ class MasterPart:
         self.modules.hold(life)
 
     def _look_at_safety(self) -> None:
-        estop = any(self._estop_of())
+        now = self._safety()
+        if now == self._safety_before:
+            return
+        self._safety_before = now
+        estop = self.coordination.estop is not None and bool(now[0])
         if estop and not self.estop:
             self.emergency()
         self.estop = estop
-        reset = any(self._reset_of())
+        reset = self.coordination.reset is not None and bool(now[-1])
         if reset and not self._reset_before:
             self.reset()
         self._reset_before = reset

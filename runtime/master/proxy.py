@@ -183,11 +183,15 @@ class Proxy:
             told = self._learn(event) or told
         return told
 
-    def tick(self) -> Told | None:
-        """A scan has passed: what was waited for too long is given up, who is silent for too long is asked."""
-        self._quiet += 1
-        if self._quiet >= self._quiet_scans and self.executing and not self._stops and self._command is None:
-            self._quiet, self._command = 0, Command.UPDATE
+    def tick(self, scrubs: bool) -> Told | None:
+        """A scan has passed: what was waited for too long is given up, who is silent for too long is asked.
+        ``scrubs``: it is the turn of this one to look after flags that were disturbed while nothing is sent."""
+        if self.executing:
+            self._quiet += 1
+            if self._quiet >= self._quiet_scans and not self._stops and self._command is None:
+                self._quiet, self._command = 0, Command.UPDATE
+        if not scrubs and self.endpoint.idle:
+            return None
         for event in self.endpoint.tick():
             return self._learn(event)
         return None
