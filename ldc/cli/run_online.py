@@ -35,6 +35,9 @@ from runtime.values import milliseconds
 _SLICE = 0.02
 """Seconds between two looks at requests while the next scan is waited for."""
 
+_SWITCH = 0.0005
+"""Seconds that a thread which loads a program keeps the one that scans waiting."""
+
 Observer = Trace | ChangeLines
 
 
@@ -42,6 +45,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (), events: BinaryIO | None = None) -> int:
     """Scans until the asked number is over or a signal comes. ``beat`` is called after each,
     and while one is waited for. Further arguments as of an offline run."""
+    sys.setswitchinterval(_SWITCH)
     machine = start(result, options.period, sources.manifest, options.engine, bindings)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import secrets
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from ldc.diagnostics import Invalid
@@ -20,10 +22,35 @@ from runtime.online import findings
 from runtime.online.controller import Loaded
 from runtime.online.wire import Part, Stage
 from runtime.slave.algorithm import Maker, makers
+from runtime.vm import beside, loader
+from runtime.vm.loader import Code as VirtualCode
 from runtime.vm.machine import Machine as Virtual
 
 _WINDOW = 16 << 20
 """Bytes of globals that a component may see."""
+
+
+class _Staged(Virtual):
+    """A virtual machine that is made while another one scans."""
+
+    __slots__ = ()
+
+    def _code(self) -> VirtualCode:
+        return loader.load(self.program, self.resource, self.bindings, compiled=beside.compiled)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """While a program is made: the collector of garbage would walk all of it again and again, and the scans
+    would wait. What was made lives long, and is never walked."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        if collects:
+            gc.enable()
 
 
 def engine_of(machine: Machine) -> str:
@@ -61,7 +88,7 @@ def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Pa
         bindings = _bindings(message, program, folder, files)
         algorithms = makers(program, bindings)
         if not isinstance(running, Native):
-            return Virtual(program, number, period, bindings), algorithms
+            return _Staged(program, number, period, bindings), algorithms
         if message.library is None:
             raise findings.refused(findings.unusable(
                 "it has no native code, and the runtime runs nothing else"))

@@ -6,7 +6,6 @@ thread that runs them (``serve``).
 
 from __future__ import annotations
 
-import gc
 import os
 import queue
 import socket
@@ -24,7 +23,7 @@ from runtime.online import findings, wire
 from runtime.online.audit import Audit, client_name
 from runtime.online.checks import Limits
 from runtime.online.controller import TEST_NS, Controller, Event, Staged, prepare
-from runtime.online.loading import areas_of, engine_of, load
+from runtime.online.loading import areas_of, engine_of, load, undisturbed
 from runtime.online.values import Values
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Request, Stage, State, Status
 
@@ -162,9 +161,9 @@ class Server:
             controller = self.controller
             self._between(lambda: controller.free_for(request.owner))
             old = controller.running
-            new = load(request, old.machine, self.path.parent)
-            staged = prepare(old, new, request.base, request.owner, self._limits)
-            gc.freeze()  # a program lives long: walking it whenever garbage is looked for would hold up scans
+            with undisturbed():
+                new = load(request, old.machine, self.path.parent)
+                staged = prepare(old, new, request.base, request.owner, self._limits)
             self._between(lambda: controller.stage(staged))
             return self._changes(staged)
         finally:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from types import TracebackType
+from types import CodeType, TracebackType
 
 from ldc.il.external import Binding
 from ldc.il.program import Program, Unit
 from runtime.faults import Place, WatchdogExpired
 from runtime.layout import FIRST_SCAN, NOW, Layout, lay_out, slot
+from runtime.vm.beside import here
 from runtime.vm.calls import Calls
 from runtime.vm.codegen import Body, Source
 from runtime.vm.memory import Memory
@@ -70,10 +71,11 @@ class Code:
 
 
 def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = (),
-         body: Callable[..., Body] = Body, watchdog: Watchdog | None = None) -> Code:
+         body: Callable[..., Body] = Body, watchdog: Watchdog | None = None,
+         compiled: Callable[[Mapping[str, str]], Mapping[str, CodeType]] = here) -> Code:
     """A fresh memory and the functions that run on it; ``bindings``: where the native code of its components
-    is; ``body``: what translates a unit. Raises BadCode for IL that verification refuses, MissingNative when
-    native code is not bound."""
+    is; ``body``: what translates a unit; ``compiled``: what makes code of Python texts by file. Raises BadCode
+    for IL that verification refuses, MissingNative when native code is not bound."""
     layout = lay_out(program, resource)
     memory = Memory(layout)
     calls = Calls(memory)
@@ -97,8 +99,8 @@ def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = (),
     namespace.update(_natives(program, layout, calls, namespace, bindings))
     namespace["_tick"] = watchdog.tick
     namespace["__builtins__"] = {}
-    for file, (_, source) in sources.items():
-        exec(compile(source.text, file, "exec", dont_inherit=True, optimize=0), namespace)
+    for code in compiled({file: source.text for file, (_, source) in sources.items()}).values():
+        exec(code, namespace)
     bodies = tuple(namespace[f"run_{n}"] for n in range(len(layout.programs)))
     return Code(layout, memory, calls, watchdog, bodies, sources)
 
