@@ -62,6 +62,9 @@ class MasterPart:
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
         self.customised_program: Customised | None = None
+        # Those with transfers to serve, in the order in which they began; those of each slave by its word of flags.
+        self._open: dict[Proxy, None] = {}
+        self._lines: tuple[tuple[int, list[tuple[int, Proxy]]], ...] = ()
         self._fresh: dict[int, Proxy] = {}
         self._held: list[tuple[Symbol, object]] = []
         self._safety: Callable[[], tuple] = tuple
@@ -121,6 +124,12 @@ class MasterPart:
 
     def _bind(self, machine: Machine) -> None:
         self.machine = machine
+        lines: dict[int, list[tuple[int, Proxy]]] = {}
+        for proxy in self.proxies:
+            into = proxy.endpoint.into.channel
+            lines.setdefault(into.running, []).append((into.mask, proxy))
+        self._lines = tuple(lines.items())
+        self._open = {proxy: None for proxy in self.proxies if not proxy.endpoint.idle}
         for proxy in self.proxies:
             proxy.bind(machine)
         self.modules.bind(machine)
@@ -157,6 +166,8 @@ class MasterPart:
             told = proxy.tick(number == self._scrubbed)
             if told is not None:
                 self._learn(proxy, told)
+            if number == self._scrubbed and not proxy.endpoint.idle:
+                self._open[proxy] = None
         self._scrubbed = (self._scrubbed + 1) % max(len(self.proxies), 1)
         if self._fresh:
             self._feedback()
@@ -197,6 +208,7 @@ class MasterPart:
         for proxy in self.proxies:
             command = proxy.look()
             if command is not None:
+                self._open[proxy] = None
                 self._sent(proxy, command)
         for life in self.modules.ended():
             self._tell(units.C_END, life.module.index)
@@ -233,7 +245,7 @@ class MasterPart:
     @property
     def busy(self) -> bool:
         """There are transfers to serve."""
-        return not all(proxy.endpoint.idle for proxy in self.proxies)
+        return bool(self._open)
 
     # ---- customised thread -----------------------------------------------------------------------
 
@@ -252,11 +264,17 @@ class MasterPart:
 
     def communicate(self) -> None:
         """Serves the transfers of all algorithms as far as they go now."""
-        for proxy in self.proxies:
-            if not proxy.endpoint.idle:
-                told = proxy.poll()
-                if told is not None:
-                    self._learn(proxy, told)
+        load = self.memory.shared.load
+        for address, line in self._lines:
+            begun = load(address)
+            if begun:
+                self._open |= {proxy: None for mask, proxy in line if begun & mask}
+        for proxy in tuple(self._open):
+            told = proxy.poll()
+            if told is not None:
+                self._learn(proxy, told)
+            if proxy.endpoint.idle:
+                self._open.pop(proxy, None)
 
     def _learn(self, proxy: Proxy, told: Told) -> None:
         if told is Told.FEEDBACK:
@@ -344,6 +362,7 @@ class MasterPart:
         for proxy in self.proxies:
             if proxy.placed.slave in faulty:
                 proxy.renew()
+                self._open[proxy] = None
 
 
 def _machine(runner: Machine | Controller) -> Machine:
