@@ -89,8 +89,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
 
 
 def _drawn(target: str, processors: Sequence[lateness.Processor], beat: Callable[[], None]) -> bool:
-    """Whether the picture was written, by a process of its own: to load what draws may take longer than a scan
-    ever does."""
+    """Whether the picture was written, by a process of its own: to load what draws may take longer than a
+    scan ever does."""
     def work() -> int:
         return answered("run", lambda: lateness.draw(target, processors) or 0)
 

@@ -97,8 +97,8 @@ _FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
 @dataclass(frozen=True, slots=True)
 class Situation:
     """What a receiver knows when it checks: its algorithms, those that run, the values they have, (aid, pid)
-    the key, and the time in ms. ``ended``: those that have ended by themselves; an UPDATE of one is taken, for
-    its sender may not know yet."""
+    the key, and the time in ms. ``ended``: those that have ended by themselves; an UPDATE of one is taken,
+    for its sender may not know yet."""
 
     algorithms: Mapping[int, Algorithm] = field(default_factory=dict)
     running: frozenset[int] = frozenset()

@@ -94,8 +94,8 @@ def step(r: Receiver, link: Link, memory: Words | Watched, situation: Situation)
 
 def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Event | None:
     """Steps until one waits, or a transfer is over: what its owner is told of it may change the situation
-    of the next. Flags that are made 0 are no transfer: who was woken for one must not stop before it. As in the
-    sender, the most frequent stretch is written out."""
+    of the next. Flags that are made 0 are no transfer: who was woken for one must not stop before it. As in
+    the sender, the most frequent stretch is written out."""
     told, scrubs = None, r.phase is Phase.SCRUB
     if r.phase is _WATCH and not r.at and link.chunk >= link.channel.size:
         told = _taken(r, link, memory, situation)

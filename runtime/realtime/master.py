@@ -73,7 +73,8 @@ class MasterLoop:
 
     def _look(self) -> None:
         """Tells people of a process that has ended or does not go on. What becomes of its algorithms is
-        decided by P: the master part asks those that are quiet, and no answer is a fault of the link (SPEC 2.5)."""
+        decided by P: the master part asks those that are quiet, and no answer is a fault of the link
+        (SPEC 2.5)."""
         now = self._pace.now_ns
         for each in self._watched:
             beats = self._board.beats(each.number)
