@@ -165,6 +165,15 @@ def test_injection_waits_for_the_interlock(run) -> None:
     assert seen.times("inject.start")[0] < locked <= seen.times("inject.axis.enable")[0]
 
 
+def test_a_module_that_is_started_again_at_once_sees_that_it_had_ended(run) -> None:
+    """Without the ejector, closing follows opening: both are steps of one module."""
+    seen = run(1000, "clamp.start,clamp.arrived,mould_locked,clamp.axis.position",
+               edit={"ldc.toml": [('    { module = "ejector" },\n', "")]})
+    assert len(seen.starts(0)) == len(seen.times("clamp.start")) == 3
+    assert all(float(row["clamp.axis.position"]) < 2 for row in seen.trace if row["mould_locked"] == "1")
+    assert seen.times("mould_locked")[1] - seen.starts(0)[2] > 1500
+
+
 # ---- when something is wrong ---------------------------------------------------------------------
 
 

@@ -55,6 +55,7 @@ class Modules:
         self._words = tuple(dict.fromkeys(life.word for life in self.lives))
         self._by_index = {life.module.index: life for life in self.lives}
         self._seen = dict.fromkeys(self._words, 0)
+        self._rests = dict.fromkeys(self._words, 0)
         self._done: Callable[[], tuple] = tuple
         self._done_at: dict[int, int] = {}
 
@@ -119,9 +120,11 @@ class Modules:
                 self._memory.data.write(address, struct.pack(form, value))
 
     def started(self) -> Iterator[Life]:
-        """C.START: tells modules whose start bit has changed by `start`; those that begin."""
+        """C.START: tells modules whose start bit has changed by `start`; those that begin. One that is started
+        again as soon as it has ended first executes once without `start`, so that its logic sees the end."""
         for word in self._words:
-            now, before = self._memory.bits.load(word), self._seen[word]
+            now, before = self._memory.bits.load(word) & ~self._rests[word], self._seen[word]
+            self._rests[word] = 0
             if now == before:
                 continue
             self._seen[word] = now
@@ -148,7 +151,7 @@ class Modules:
         """C.END: clears the start bits of modules that have ended, those without `start` by their algorithms."""
         done: tuple | None = None
         for word in self._words:
-            working = self._memory.bits.load(word)
+            working = self._memory.bits.load(word) & self._seen[word]
             if not working:
                 continue
             for life in self.lives:
@@ -162,6 +165,7 @@ class Modules:
     def clear(self, life: Life) -> Life:
         """The start bit of a module becomes 0."""
         self._memory.bits.clear(life.word, life.mask)
+        self._rests[life.word] |= life.mask
         return life
 
     def hold(self, life: Life) -> None:
