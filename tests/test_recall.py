@@ -156,6 +156,8 @@ def test_only_what_an_edit_touches_is_compiled_anew(tmp_path) -> None:
     assert read(same(changed, path)) == told_of + 1
     assert read(same(["(* moved *)", *changed], path)) == told_of
     assert read(same([line.replace("x, y, z", "more, x, y, z") for line in changed], path)) == told_of
+    same([line.replace("x, y, z", "x, y, z, x") for line in changed], path)  # wrong: nothing is forgotten
+    assert read(same(changed, path)) == told_of
     options = {"max_paren_depth": 1}
     same(changed, path, **options)
     same(changed, path, verify=False)

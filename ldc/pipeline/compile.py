@@ -125,7 +125,8 @@ class _Compile:
         return file
 
     def remember(self) -> None:
-        if self.memory is not None:
+        """What a wrong program did not get to is not forgotten: it will soon be right."""
+        if self.memory is not None and not self.diagnostics.has_errors:
             with self.timings.of("recall"):
                 self.memory.save()
 
