@@ -41,7 +41,8 @@ Locate = Callable[[Span, str], Place | None]
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding. ``code`` is stable (``LD0301``), ``help`` says what to do."""
+    """One finding. ``code`` is stable (``LD0301``), ``help`` says what to do. ``about``: the path of a
+    variable or the name of a task, when who tells it has no sources."""
 
     code: str
     message: str
@@ -49,6 +50,7 @@ class Diagnostic:
     secondary: tuple[Label, ...] = ()
     help: str = ""
     severity: Severity = Severity.ERROR
+    about: str = ""
 
     @property
     def sort_key(self) -> tuple[str, int, str, str]:
