@@ -133,7 +133,7 @@ def edit(engine: str, folder: Path) -> tuple[list[float], list[float]]:
     main = folder / "main.ld"
     text = _programs.mixed_rungs(MODULES * RUNGS, SEED)
     main.write_text(text)
-    (folder / "ldc.toml").unlink(missing_ok=True)
+    (folder / "ldc.toml").write_text("")
     old = made(folder, engine)
     controller = Controller(old)
     at = text.index("[/", len(text) // 2)

@@ -12,7 +12,6 @@ from ldc.il.program import Program
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import Array, Instance
-from runtime.online.findings import About
 
 
 def placed(found: Iterable[Diagnostic], result: pipeline.Compiled) -> list[Diagnostic]:
@@ -20,7 +19,7 @@ def placed(found: Iterable[Diagnostic], result: pipeline.Compiled) -> list[Diagn
     made = []
     for diagnostic in found:
         span = None
-        if isinstance(diagnostic, About):
+        if diagnostic.about:
             span = _task(diagnostic.about, result) or _variable(diagnostic.about, result.program)
         made.append(diagnostic if span is None else replace(diagnostic, primary=Label(span, "declared here")))
     return made

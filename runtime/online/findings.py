@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
-
-
-@dataclass(frozen=True, slots=True)
-class About(Diagnostic):
-    """A finding about the variable of a path, or the task of a name: who has the sources knows the place."""
-
-    about: str = ""
 
 
 def _one(code: str, message: str, help: str) -> Diagnostic:
@@ -26,14 +17,16 @@ def refused(*found: Diagnostic) -> Invalid:
 
 
 def type_changed(path: str, old: object, new: object) -> Diagnostic:
-    return About("LD0820", f"`{path}` is {old} in the running program and {new} in the new one", about=path,
-                 help="a value cannot change its type while the program runs: give the variable of the new "
-                 "type another name, or stop the program and start the new one")
+    return Diagnostic("LD0820", f"`{path}` is {old} in the running program and {new} in the new one",
+                      about=path,
+                      help="a value cannot change its type while the program runs: give the variable of the "
+                      "new type another name, or stop the program and start the new one")
 
 
 def task_changed(name: str, what: str) -> Diagnostic:
-    return About("LD0821", f"task `{name}` {what}", about=name,
-                 help="tasks stay as they are while they run; a further task may be added under another name")
+    return Diagnostic("LD0821", f"task `{name}` {what}", about=name,
+                      help="tasks stay as they are while they run; a further task may be added under another "
+                      "name")
 
 
 def area_full(area: str, needed: int, available: int) -> Diagnostic:

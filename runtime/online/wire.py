@@ -205,8 +205,8 @@ class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def finding(diagnostic: Diagnostic) -> Finding:
-    about = diagnostic.about if isinstance(diagnostic, findings.About) else ""
-    return Finding(diagnostic.code, diagnostic.message, diagnostic.help, str(diagnostic.severity), about)
+    return Finding(diagnostic.code, diagnostic.message, diagnostic.help, str(diagnostic.severity),
+                   diagnostic.about)
 
 
 def diagnostic(found: Finding) -> Diagnostic:
@@ -215,7 +215,7 @@ def diagnostic(found: Finding) -> Diagnostic:
         severity = Severity(found.severity)
     except ValueError:
         raise refuse(f"`{found.severity[:20]}` is no severity") from None
-    return findings.About(found.code, found.message, None, (), found.help, severity, found.about)
+    return Diagnostic(found.code, found.message, None, (), found.help, severity, found.about)
 
 
 def refuse(what: str) -> Exception:
