@@ -59,12 +59,14 @@ class _Slave:
 @dataclass(frozen=True, slots=True)
 class _Deployed:
     """What a program means for the parts: its algorithms in their places and how they are made, how modules work
-    together, the points of the field."""
+    together, the points of the field. ``stays``: paths of the algorithms that go on from the program before."""
 
+    machine: Machine
     placed: tuple[Placed, ...]
     makers: Mapping[str, Maker]
     coordination: Coordination
     field: Field
+    stays: frozenset[str] = frozenset()
 
 
 def _deployed(running: Loaded, before: _Deployed) -> _Deployed:
@@ -75,11 +77,17 @@ def _deployed(running: Loaded, before: _Deployed) -> _Deployed:
     except NoRoom:  # what stays is in the way of what comes: all of them begin anew
         algorithms = placed(program, names)
     field = before.field.extended(points(program, algorithms, before.field.places))
-    return _Deployed(algorithms, running.makers, running.together, field)
+    return _Deployed(running.machine, algorithms, running.makers, running.together, field)
 
 
-def _key(runner: Machine | Controller) -> int:
-    return id(runner.machine if isinstance(runner, Controller) else runner)
+def _from(before: _Deployed, after: _Deployed) -> _Deployed:
+    """``after``, with what of ``before`` stays."""
+    old = {p.path: p for p in before.placed}
+    stays = frozenset(
+        p.path for p in after.placed
+        if p.path in old and replace(old[p.path], module=p.module) == p
+        and same_body(before.makers[p.unit.upper()].unit, after.makers[p.unit.upper()].unit))
+    return replace(after, stays=stays)
 
 
 class System:
@@ -101,8 +109,10 @@ class System:
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
         self._seen = seen
-        self._deployed = _Deployed(tuple(placed), makers, coordination, field)
-        self._known = {_key(runner): self._deployed}
+        machine = runner.machine if isinstance(runner, Controller) else runner
+        self._deployed = _Deployed(machine, tuple(placed), makers, coordination, field)
+        # Programs that may take over: one that is expected, or the one before.
+        self._ready: dict[bool, _Deployed] = {}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._emergency, wiring=wiring, on_machine=self.follow)
         self._began = self.machine.now_ns
@@ -139,28 +149,36 @@ class System:
         """The time in ns."""
         return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
 
+    def expect(self, coming: Loaded) -> None:
+        """Makes all ready for a program that may take over, beside the scans."""
+        after = _from(self._deployed, _deployed(coming, self._deployed))
+        for p in after.placed:
+            if p.path not in after.stays:
+                after.makers[p.unit.upper()](p, after.field)  # loads and declares what it needs, once
+            for pin in (*p.parameters, *p.feedback[:-1]):
+                coming.machine.symbols.find(f"{p.path}.{pin.variable}")
+        MasterPart.paths(coming.machine, coming.together)
+        self._ready[True] = after
+
     def follow(self) -> None:
         """Goes on with the program that the controller runs now, if it is another one: between two scans, or in
-        one that a fault has ended. Algorithms that are in both go on executing. Raises NoRoom."""
+        one that a fault has ended. Algorithms that are in both go on executing."""
         running = self.master.runner.running
         if running.machine is self.machine:
             return
         before = self._deployed
-        after = self._known.get(_key(self.master.runner)) or _deployed(running, before)
-        self._known = {id(self.machine): before, _key(self.master.runner): after}
+        after = next((ready for ready in self._ready.values() if ready.machine is running.machine), None)
+        if after is None:
+            after = _from(before, _deployed(running, before))
+        self._ready = {False: _from(after, before), True: after}
         for slave in self._slaves:
             slave.part.place(after.placed, after.makers, after.field)
             slave.period_ns = slave.part.period_ns
-
-        def goes_on(old: Placed, new: Placed) -> bool:
-            bodies = (known.makers[p.unit.upper()].unit for known, p in ((before, old), (after, new)))
-            return replace(old, module=new.module) == new and same_body(*bodies)
-
         connect = getattr(self._plant, "connect", None)
-        if connect is not None and after is not before:
+        if connect is not None:
             connect(after.field)
         self._deployed = after
-        self.master.change(running.machine, after.placed, goes_on, after.coordination)
+        self.master.change(running.machine, after.placed, after.stays, after.coordination)
 
     def rows(self) -> tuple[Row, ...]:
         """What became of the threads so far."""

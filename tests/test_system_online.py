@@ -156,3 +156,30 @@ def test_what_waits_when_the_program_changes_is_neither_lost_nor_twice(tmp_path:
     run.scans(2)
     assert len(run.units(C_SEND)) == sent and len(run.units(A_EXEC)) == executed + 20
     assert run.violations == []
+
+
+def test_a_program_that_is_expected_takes_over_as_one_that_is_not(tmp_path: Path) -> None:
+    """What is made ready beside the scans changes nothing before it takes over, and nothing of what happens then."""
+    rows = []
+    for expects in (False, True):
+        folder = tmp_path / str(expects)
+        folder.mkdir()
+        run = Online(modules(folder, SEQUENCE.format(steps='"first", "second"')), "vm")
+        run.watch = ("first.axis.position", "second.axis.position", "%QX0.1", "%QX0.2")
+        if expects:
+            run.controller.expect = run.system.expect
+        run.scans(2).scans(8, go=True)
+        inserted(folder, '"first", "between", "second"')
+        old = run.controller.running
+        new = loaded(folder, "vm", old)
+        run.controller.stage(prepare(old, new, old.digest, "me"))
+        run.controller.expect(new)
+        run.scans(3)
+        run.controller.test("me")
+        run.system.follow()
+        run.scans(20)
+        run.end("untest")
+        run.scans(5)
+        run.end("cancel")
+        rows.append((run.rows, run.events))
+    assert rows[0] == rows[1]

@@ -61,6 +61,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         system = None
         if is_system(result) or options.events:
             system = systems.system(result, controller, bindings, record)
+            controller.expect = system.expect
         scan = controller.scan if system is None else system.scan
         due = time.monotonic()
         while (scans is None or controller.machine.scans < scans) and not ended():

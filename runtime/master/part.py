@@ -7,7 +7,7 @@ the part calls it, in virtual time or in a process of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
@@ -80,15 +80,14 @@ class MasterPart:
     def _proxy(self, placed: Placed) -> Proxy:
         return Proxy(placed, self.memory, self._periods, self._quiet)
 
-    def change(self, machine: Machine, placed: Sequence[Placed], goes_on: Callable[[Placed, Placed], bool],
-               together: Coordination) -> None:
+    def change(self, machine: Machine, placed: Sequence[Placed], stays: Set[str], together: Coordination) -> None:
         """Goes on with another program (online change), between two scans of which the slaves know already.
-        ``goes_on``: whether an algorithm in an old and in a new place is the same one, which then goes on executing."""
+        ``stays``: the paths of algorithms that are the same ones and go on executing."""
         known = {proxy.placed.path.upper(): proxy for proxy in self.proxies}
         proxies = []
         for new in placed:
             proxy = known.get(new.path.upper())
-            if proxy is not None and goes_on(proxy.placed, new):
+            if proxy is not None and new.path in stays:
                 proxy.placed = new
                 proxies.append(known.pop(new.path.upper()))
             else:
@@ -104,6 +103,17 @@ class MasterPart:
         self._bind(machine)
         self.mail.take_over(mail)
         self._change_sequence(together)
+
+    @staticmethod
+    def paths(machine: Machine, together: Coordination) -> None:
+        """Finds what ``change`` will ask for, which a machine remembers: beside the scans, before it takes over."""
+        sequence, steps = together.sequence, together.sequence.steps if together.sequence else ()
+        wanted = [together.estop, together.reset, sequence and sequence.start]
+        wanted += [path for step in steps for path in (step.when, step.until)]
+        wanted += [path for module in together.modules for path in (module.start, module.done)]
+        wanted += [p.path for module in together.modules for p in module.parameters]
+        wanted += [path for message in together.messages for path in (message.source, message.data)]
+        machine.find(path for path in wanted if path)
 
     def _change_sequence(self, together: Coordination) -> None:
         running = self.customised_program

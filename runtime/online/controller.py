@@ -87,11 +87,12 @@ def prepare(old: Loaded, new: Loaded, base: str, owner: str, limits: Limits = Li
 
 @dataclass(slots=True, eq=False)
 class Controller:
-    """``running``: what executes scans now. ``note`` is told every event. ``swaps`` counts
-    how often another program began to run."""
+    """``running``: what executes scans now. ``note`` is told every event; ``expect``, beside the scans, what may
+    run later. ``swaps`` counts how often another program began to run."""
 
     running: Loaded
     note: Callable[[Event], None] = lambda event: None
+    expect: Callable[[Loaded], None] = lambda coming: None
     staged: Staged | None = None
     deadline_ns: int | None = None
     swaps: int = field(default=0, init=False)

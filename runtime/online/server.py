@@ -22,7 +22,7 @@ from ldc.il.coordination_image import pack
 from runtime.online import findings, wire
 from runtime.online.audit import Audit, client_name
 from runtime.online.checks import Limits
-from runtime.online.controller import TEST_NS, Controller, Event, Staged, prepare
+from runtime.online.controller import TEST_NS, Controller, Event, Loaded, Staged, prepare
 from runtime.online.loading import areas_of, engine_of, load, undisturbed
 from runtime.online.values import Values
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Request, Stage, State, Status
@@ -164,10 +164,18 @@ class Server:
             with undisturbed():
                 new = load(request, old.machine, self.path.parent)
                 staged = prepare(old, new, request.base, request.owner, self._limits)
+                self._expect(new)
             self._between(lambda: controller.stage(staged))
             return self._changes(staged)
         finally:
             self._loading.release()
+
+    def _expect(self, new: Loaded) -> None:
+        """Whoever follows the controller makes ready for the program. Raises Invalid when that cannot be."""
+        try:
+            self.controller.expect(new)
+        except (OSError, ValueError, LookupError) as error:
+            raise findings.refused(findings.unusable(f"{type(error).__name__}: {error}"[:300])) from error
 
     def _act(self, request: Act) -> Answer:
         controller, owner = self.controller, request.owner
