@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 import re
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+
+from ldc.records import record
 
 _TITLE = re.compile(r"# (LD\d{4}): (.+)")
 
@@ -14,7 +15,7 @@ _TITLE = re.compile(r"# (LD\d{4}): (.+)")
 _LOOKALIKES = str.maketrans("OIL", "011")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Page:
     """`text` is Markdown and begins with its own title line."""
 

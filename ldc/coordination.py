@@ -11,11 +11,12 @@ Values are as written: whether the program has these modules and variables is kn
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
+from ldc.records import record
 from ldc.toml_tables import Path, Tables
 
 SECTIONS = ("sequence", "messages", "safety", "plant")
@@ -65,7 +66,7 @@ class PlantTable(Struct):
     seed: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)] = 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StepSetting:
     """A step: ``module`` is started with ``parameters`` (name to value) once ``when`` is TRUE, and has ended
     when it says so and ``until`` is TRUE. ``key``: where the step stands in the file."""
@@ -77,7 +78,7 @@ class StepSetting:
     key: Path = field(compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SequenceSetting:
     """``steps``: None takes every module that can be started, in the order of the modules."""
 
@@ -86,7 +87,7 @@ class SequenceSetting:
     steps: tuple[StepSetting, ...] | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SubscriberSetting:
     module: str
     flag: str | None
@@ -94,7 +95,7 @@ class SubscriberSetting:
     key: Path = field(compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MessageSetting:
     """``kind``: user or system. ``source``: path whose rising edge broadcasts; ``data``: what goes along."""
 
@@ -107,7 +108,7 @@ class MessageSetting:
     depth: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PlantSetting:
     """``file``, ``parameters``: relative to the folder of the project; ``step_ns``: between two steps."""
 
@@ -117,7 +118,7 @@ class PlantSetting:
     seed: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CoordinationSettings:
     """What a project says of it; nothing of it is there when the file has none of the tables. ``estop``: path
     of what is TRUE in an emergency; ``reset``: of what acknowledges faults at its rising edge."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 
+from ldc.records import record
 from ldc.source import Span
 
 
@@ -15,7 +16,7 @@ class Severity(StrEnum):
     NOTE = "note"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Label:
     """Says what is there, at a place."""
 
@@ -23,7 +24,7 @@ class Label:
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """Where in a drawing a label is: the POU, the rung (number, name), the element and its position there,
     in words; empty what is not known. ``picture(width, colour)``: lines that show the rung."""
@@ -39,7 +40,7 @@ Locate = Callable[[Span, str], Place | None]
 """The place of a span in a drawing, None when it is in none; marked in the picture with a style."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Diagnostic:
     """One finding. ``code`` is stable (``LD0301``), ``help`` says what to do. ``about``: the path of a
     variable or the name of a task, when who tells it has no sources."""

@@ -6,13 +6,14 @@ meaning) and IL (whose operands are ``Const`` and ``Place``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import BOOL, Scalar, Type
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Const:
     """A scalar of a known type (an enumeration value is its number)."""
 
@@ -21,14 +22,14 @@ class Const:
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FieldStep:
     """``.name``: a structure field, or a pin or variable of an instance; declared spelling."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class IndexStep:
     """``[i, j]``; ``bounds`` are those of the array. In IL each index is a Const or a Load."""
 
@@ -45,7 +46,7 @@ def strides(bounds: tuple[tuple[int, int], ...]) -> list[int]:
     return made
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BitStep:
     """``.15`` of a bit string; always the last step, the place is then BOOL."""
 
@@ -55,7 +56,7 @@ class BitStep:
 Step = FieldStep | IndexStep | BitStep
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """Where a value is kept: a variable (declared spelling) and the way into it.
 
@@ -94,7 +95,7 @@ def _index_text(index: Expr) -> str:
     return "..."
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Load:
     """The value of a place."""
 
@@ -106,7 +107,7 @@ class Load:
         return self.place.type
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Output:
     """An output of a FUNCTION of the project, of ``type``, and the place that takes it."""
 
@@ -115,7 +116,7 @@ class Output:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Apply:
     """A function or operator on values.
 

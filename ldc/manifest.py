@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -29,6 +29,7 @@ from ldc.durations import parse_duration
 from ldc.model.settings import Settings, TaskSetting
 from ldc.parser.formats import SUFFIXES
 from ldc.reading import missing, read_source
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
@@ -79,7 +80,7 @@ class CostTable(Struct):
     task: Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Manifest:
     """A project file, checked. Durations are nanoseconds; globs and paths are as written, relative to
     `folder`. `processors`: name to role. `cost`: keys of `[cost]` that are given, None: no such table.
@@ -114,7 +115,7 @@ class Manifest:
         return entry.value if entry else None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sources:
     """What the arguments of a command mean: files in a fixed order, settings, the project file if any.
     ``descriptors``: those of components, each with its folder."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.diagnostics import Diagnostic, Locate, Place, Severity
+from ldc.records import record
 from ldc.source import SourceFile
 
 SHOWN = 50
@@ -72,7 +73,7 @@ def visible(text: str) -> str:
     return text if text.isprintable() else "".join(map(_cell, text))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Mark:
     """A label on one line: character columns [start, end) counted from 0."""
 

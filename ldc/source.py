@@ -5,6 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field
 
+from ldc.records import record
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SourceFile:
@@ -46,7 +48,7 @@ class SourceFile:
         return Span(self, start + len(text) - len(text.lstrip()), start + max(len(text.rstrip()), 1))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Span:
     """Characters ``start`` (inclusive) to ``end`` (exclusive) of a source file."""
 

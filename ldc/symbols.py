@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import Type, Value
 
@@ -12,7 +13,7 @@ _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,9})(?:\.(\d{1,2}))?\Z", re.IGNOR
 WIDTH = {"X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Location:
     """A place in the process image: ``area`` I Q M, ``size`` X B W D L, byte and bit address.
 
@@ -56,7 +57,7 @@ class Location:
         return f"%{self.area}{self.size}{self.byte // (WIDTH[self.size] // 8)}"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Variable:
     """``kind``: input output in_out local temp external global hidden.
 
@@ -75,7 +76,7 @@ class Variable:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parameter:
     """A pin. ``initial`` is what an unconnected input has."""
 
@@ -84,7 +85,7 @@ class Parameter:
     initial: Value | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Signature:
     """What a call of a POU takes and gives. ``kind``: FUNCTION_BLOCK FUNCTION PROGRAM.
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
+from ldc.records import record
 from ldc.source import SourceFile, Span
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -14,7 +14,7 @@ _DATE = re.compile(r"\d{4}-\d\d-\d\d \d\d:[^\s,\]}#]*")  # a date and its time m
 _BARE = re.compile(r"[^\s,\[\]{}#\"']+")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Entry:
     """A key (or the header of a table) and its value; the value of a table is its header."""
 

@@ -7,12 +7,12 @@ nanoseconds since 1970-01-01; strings are bytes (Latin-1), WSTRING is text.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ldc.records import record
 
 Scalar = bool | int | float | bytes | str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Elementary:
     """An elementary type. ``kind``: bool bits int uint real time date tod dt; ``bits``: width."""
 
@@ -31,7 +31,7 @@ class Elementary:
         return 0, (1 << self.bits) - 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class String:
     """STRING[length] or WSTRING[length]; longer values are cut."""
 
@@ -42,7 +42,7 @@ class String:
         return f"{self.name}[{self.length}]"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Array:
     """ARRAY [lo..hi, ...] OF element; bounds are inclusive."""
 
@@ -60,7 +60,7 @@ class Array:
         return total
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Field:
     """A member of a structure; ``initial`` overrides the initial value of its type."""
 
@@ -69,7 +69,7 @@ class Field:
     initial: Value | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Struct:
     name: str
     fields: tuple[Field, ...]
@@ -82,7 +82,7 @@ class Struct:
         return next((f for f in self.fields if f.name.upper() == key), None)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Enum:
     """Named values; stored as DINT. ``initial`` is the first value unless declared otherwise."""
 
@@ -94,7 +94,7 @@ class Enum:
         return self.name or f"({', '.join(f'{name} := {number}' for name, number in self.values)})"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Subrange:
     """A range of an integer type; arithmetic is that of ``base``."""
 
@@ -107,7 +107,7 @@ class Subrange:
         return self.name or f"{self.base}({self.low}..{self.high})"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instance:
     """An instance of a function block (standard or of the project), by POU name in capitals."""
 

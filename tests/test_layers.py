@@ -10,19 +10,20 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 
-BASE = {"ldc", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr", "ldc.symbols"}
+BASE = {"ldc", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr", "ldc.symbols"}
 FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
 COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ldc.components", "ldc.backends"]
 
 MAY_IMPORT: dict[str, set[str]] = {
     "ldc": set(),
-    "ldc.source": set(),
-    "ldc.types": set(),
-    "ldc.diagnostics": {"ldc.source"},
-    "ldc.expr": {"ldc.source", "ldc.types"},
-    "ldc.symbols": {"ldc.source", "ldc.types"},
+    "ldc.records": set(),
+    "ldc.source": {"ldc.records"},
+    "ldc.types": {"ldc.records"},
+    "ldc.diagnostics": {"ldc.records", "ldc.source"},
+    "ldc.expr": {"ldc.records", "ldc.source", "ldc.types"},
+    "ldc.symbols": {"ldc.records", "ldc.source", "ldc.types"},
     "ldc.durations": set(),
-    "ldc.codes": set(),
+    "ldc.codes": {"ldc.records"},
     "ldc.render": BASE,
     "ldc.reports": BASE | {"ldc.codes"},
     "ldc.reading": BASE,

@@ -8,13 +8,13 @@ import platform
 import re
 import shutil
 import subprocess
-from dataclasses import dataclass
 
 from ldc import __version__
 from ldc.cli.console import OK, WRONG
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Tool:
     """A program outside Python. `install` is a Debian package."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 
 from ldc.cli.console import Failure, UsageError
 from ldc.cli.output import replacing, write_file
+from ldc.records import record
 from runtime.realtime.lateness import Figures
 from runtime.values import milliseconds
 
@@ -19,7 +19,7 @@ _WIDTH, _LEFT, _TOP, _ROW, _HEIGHT = 640, 60, 30, 30, 110
 bars."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Processor:
     """``period_ns``: of what it does; ``figures``: lateness of its periods."""
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.expr import FieldStep, Place
 from ldc.graph.rung import RAIL, RungGraph
 from ldc.il.program import Instr
 from ldc.model.elements import Block, Coil
 from ldc.pipeline import RungBuild
+from ldc.records import record
 from ldc.types import BOOL
 from runtime.faults import FAULTS
 from runtime.vm.frame import Frame
@@ -20,7 +21,7 @@ _STORES = frozenset(("ST", "STN", "S", "R"))
 _JUMPS = frozenset(("JMP", "JMPC", "RET", "RETC"))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Row:
     """A rung of a program instance; its names as people know them. ``number``: of its code in the POU."""
 

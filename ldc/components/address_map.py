@@ -7,9 +7,9 @@ are those that the rewritten source of a component gets.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 from ldc.il.areas import areas
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import BOOL, Array, Elementary, Enum, Subrange, Type, storage
 
@@ -19,7 +19,7 @@ MACROS = ("PLC_M", "PLC_D", "LCD")
 _MASTER = frozenset(("master",))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Symbol:
     """A name that C may use. ``address`` is in the unit of its processor's memory (bytes, or words of 16
     bits on a word-addressed one); ``bit`` of a packed BOOL, None when it has bytes of its own."""
@@ -34,7 +34,7 @@ class Symbol:
     readers: frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AddressMap:
     """The symbols that the components of one processor see, by macro and name in capitals.
 

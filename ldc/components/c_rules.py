@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 from pycparser import c_ast
+
+from ldc.records import record
 
 _MOST = 100
 _BIG = 1 << 64
@@ -24,7 +25,7 @@ _SIGNS = {"-": operator.neg, "+": operator.pos, "~": operator.invert}
 _LASTING = {"static", "_Thread_local"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Site:
     """A node where it stands: ``role`` is the name that the node ``above`` calls it by; ``local``: inside of
     a function, a structure or a list of parameters."""

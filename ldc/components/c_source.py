@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from pycparser import c_ast, c_parser
@@ -24,6 +23,7 @@ from ldc.components.descriptor import Component
 from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics
 from ldc.il import c_types
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.types import Array
 
@@ -34,7 +34,7 @@ _FRAMES = 50_000
 """Of pycparser, some thousand branches of `else if`: generated code has them. They are on no stack of C."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rewritten:
     """``text``: one translation unit for the processor's compiler. ``reads``, ``writes``: symbols used, by
     macro and name in capitals. ``defines``: names of its functions."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass
+
+from ldc.records import record
 
 _MARKER = re.compile(r'^#(?:line)? (\d+) "((?:\\.|[^"\\\n])*)".*$', re.MULTILINE)
 _FOREIGN = re.compile(
@@ -21,7 +22,7 @@ _PARENTHESES = re.compile(r""" "(?:\\.|[^"\\\n])*" | '(?:\\.|[^'\\\n])*' | [()] 
 _STANDS_FOR = {"__builtin_offsetof": "0", "__builtin_va_arg": "0", "__builtin_va_list": "int"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CText:
     """``text``: what the preprocessor gave, with standard ``#line`` directives. ``plain``: the same, place by
     place, as C11 without directives: attributes are blank, what the headers of the standard make of compilers' own

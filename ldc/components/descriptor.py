@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,6 +19,7 @@ from ldc.components import findings
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, parse_type
 from ldc.parser.lexer import KEYWORDS
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
@@ -87,7 +88,7 @@ class PinTable(Struct):
     local: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pin:
     """One input, output, parameter or state variable. ``low``, ``high``: the range that an input or
     parameter must be in, in ``unit``. ``value`` is the text of its initial value, None for the type's own.
@@ -105,7 +106,7 @@ class Pin:
     local: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Component:
     """A descriptor, checked as far as it can be alone. ``sources`` are paths relative to ``folder``.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from ldc.components import findings
 from ldc.components.descriptor import SUFFIX, Component, load
 from ldc.diagnostics import Diagnostics
 from ldc.reading import read_source
+from ldc.records import record
 from ldc.source import SourceFile
 
 _QUOTED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
@@ -19,7 +19,7 @@ GROUP = "ldc.components"
 """The entry point group. The value of an entry point is a package; the descriptors lie in its folder."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Known:
     """Components by name in capitals, and the descriptors that are wrong."""
 

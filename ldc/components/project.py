@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.components import find, interface, pace
 from ldc.components.descriptor import Component
@@ -11,11 +11,12 @@ from ldc.diagnostics import Diagnostics
 from ldc.il.program import Unit
 from ldc.library import blocks
 from ldc.parser import ast
+from ldc.records import record
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Native:
     """A component in C or C++ of a program, with its unit."""
 

@@ -7,11 +7,11 @@ import re
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.components import findings
 from ldc.diagnostics import Diagnostics
+from ldc.records import record
 from ldc.source import SourceFile, Span
 
 _UNDEFINED = re.compile(r"^(?:\S*ld\S*: )?(.+?):(\d+): (undefined reference to .*)$", re.MULTILINE)
@@ -22,7 +22,7 @@ MOST_KEPT = 4000
 """Files that a folder of compiled code holds."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Tool:
     """``command``: its name on the PATH. ``variable``: the environment variable that names another one.
     ``purpose``: what it does, after `it`."""
@@ -56,7 +56,7 @@ def find(tool: Tool, diagnostics: Diagnostics | None = None) -> str | None:
     return found
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Said:
     """One line of a compiler: ``level`` is error or warning; ``line`` and ``column`` from 1."""
 

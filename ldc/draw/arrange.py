@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.draw import figures
 from ldc.draw.figures import Figure
 from ldc.draw.labels import Options
 from ldc.draw.sketch import RAIL, RIGHT, Group, Lane, Plan, Sketch, measure_group, sketch
 from ldc.parser import ast
+from ldc.records import record
 
 BUDGET = 60_000
 """Figures that may be arranged, all attempts of a rung together, before junctions become tags."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arrangement:
     """``rank``: column boundary of each net. The figures of the last columns, from ``zone`` on, are the
     coils and jumps at the right; the right rail has the rank ``columns``. ``lines``: of the picture."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from ldc.library import blocks, functions
 from ldc.parser import ast
+from ldc.records import record
 from ldc.symbols import Signature
 from ldc.types import BOOL
 
@@ -50,7 +51,7 @@ def fold(text: str, limit: int, most: int = 8) -> tuple[str, ...]:
     return tuple(lines)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BlockPins:
     """The pins of a block in declared order and those that the power takes unless chosen otherwise."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from itertools import accumulate
 
 from ldc.diagnostics import Place
@@ -14,6 +14,7 @@ from ldc.draw.labels import BlockPins, shorten, standard_pins
 from ldc.parser import ast, format_of
 from ldc.parser.sfc import SfcBody, rungs_of
 from ldc.parser.unparse import expr_text
+from ldc.records import record
 from ldc.source import Span
 
 _LONGEST = 60
@@ -84,7 +85,7 @@ class _Drawing:
         return Place(name, *words, position, picture)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Hit:
     """``number`` of the rung from 1; ``pin`` of a block when the place is there."""
 

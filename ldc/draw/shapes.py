@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil, floor
 
+from ldc.records import record
 
-@dataclass(frozen=True, slots=True)
+
+@record
 class Wire:
     """From cell to cell, both included; ``x1 <= x2`` and ``y1 <= y2``. ``on``: powered, if known."""
 
@@ -20,7 +21,7 @@ class Wire:
     on: bool | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rail:
     """A power rail; ``local`` for the rail of a pin's network."""
 
@@ -30,7 +31,7 @@ class Rail:
     local: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Symbol:
     """A contact or a coil, three cells wide around ``x``; ``modifier`` as in the text."""
 
@@ -43,7 +44,7 @@ class Symbol:
     full: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Box:
     """The frame of a block or of an expression; the border runs through the outer cells."""
 
@@ -57,7 +58,7 @@ class Box:
     full: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Label:
     """``text`` at cell ``x``: its first cell (``start``), its ``middle`` (which may lie
     between two cells) or its last (``end``).
@@ -83,7 +84,7 @@ class Label:
         return int(self.x) if self.anchor == "start" else int(self.x) - size + 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Dot:
     """Wires that meet here are one net."""
 
@@ -92,7 +93,7 @@ class Dot:
     on: bool | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arrow:
     """The wire goes on at the arrow of the same number: ``out`` at the end of a band, else the start
     of one. ``x`` is the cell of the arrow head, the number stands outside."""
@@ -107,7 +108,7 @@ class Arrow:
 Shape = Wire | Rail | Symbol | Box | Label | Dot | Arrow
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Drawing:
     """Shapes in ``width`` columns and ``height`` lines. ``cuts``: columns (the first of the right part)
     where it may be cut. ``zone``: the column behind which only the coils at the right stand."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from ldc.draw.arrange import Arrangement, arrange
 from ldc.draw.labels import Options, comment_text
 from ldc.draw.wrap import bands
 from ldc.parser import ast
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Entry:
     """One rung of the sheet. ``number`` counts from 1."""
 
@@ -22,7 +22,7 @@ class Entry:
     comments: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sheet:
     """``heading``: kind, name and title. ``fill``: columns of the widest rung; all rungs take these."""
 

@@ -13,11 +13,12 @@ from ldc.draw import figures
 from ldc.draw.figures import Figure
 from ldc.draw.labels import Options
 from ldc.parser import ast
+from ldc.records import record
 
 RAIL, RIGHT = 0, 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plan:
     """How to draw what can be drawn in several ways.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 from ldc.graph.rung import RAIL, RungGraph
 from ldc.model.elements import Block
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Turn:
     """Element ``element`` is evaluated now. ``stale``: its incoming elements that come later in the
     schedule and count with their power of the previous execution (only at a block in a loop)."""

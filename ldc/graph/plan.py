@@ -8,7 +8,6 @@ nothing else becomes that pin's own tree.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import count
 
 from ldc.graph.loops import stale_reads
@@ -18,9 +17,10 @@ from ldc.graph.order import Turn
 from ldc.graph.rung import RAIL, RungGraph
 from ldc.graph.tree import Tap
 from ldc.model.elements import Block, Net
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Choice:
     """``cuts``: nets that must be kept; ``alone``: elements that get a step of their own."""
 

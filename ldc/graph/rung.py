@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from ldc.model.elements import Block, Element, Net
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import BOOL, Type
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 RAIL: Net = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class JunctionUse:
     """A place where the drawing names a net."""
 

@@ -9,12 +9,11 @@ that of the drawing: only plain contacts may move, and not past a write of what 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.model.elements import Net
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """Element ``index`` of the rung.
 
@@ -26,7 +25,7 @@ class Leaf:
     pins: tuple[tuple[str, Tree], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Tap:
     """What is kept for ``net`` (the steps and block outputs that feed it all came before), or
     (``previous``) was kept in the previous execution. Net 0 is the left rail: TRUE.
@@ -39,14 +38,14 @@ class Tap:
     previous: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Series:
     """Composition: the power that leaves a child enters the next one. At least two children."""
 
     children: tuple[Tree, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parallel:
     """All children get the same power; what leaves is the OR. At least two, in drawing order."""
 
@@ -56,7 +55,7 @@ class Parallel:
 Tree = Leaf | Tap | Series | Parallel
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """``net := tree``, or the effects of ``tree`` when ``net`` is None.
 
@@ -69,7 +68,7 @@ class Step:
     tree: Tree
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SPTree:
     """``previous``: elements whose power must be remembered for the next execution (loops through a
     block, DESIGN section 3 rule 5). ``outputs``: (block, output pin, net) for pins

@@ -10,6 +10,7 @@ from ldc.il.program import COMPARISON, LOGIC, Instr
 from ldc.library import functions
 from ldc.model.type_findings import described
 from ldc.model.values import Untyped, natural, same, settle
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import REAL, Elementary, Subrange, Type, is_scalar
 
@@ -72,7 +73,7 @@ class Accumulator:
         return True
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Open:
     """A parenthesis: the operator that waits, where its instruction is, and what it found."""
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+
+from ldc.records import record
 
 SLAVES = 4
 """As many slaves as the shared memory has windows for."""
@@ -22,7 +23,7 @@ PAGE = 0x1000
 PROCESSORS = (MASTER, *(f"slave{n}" for n in range(1, SLAVES + 1)))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Area:
     """One area of SPEC 1.2. ``space``: "M" (addresses are bits) or "D" (bytes); ``attribute``: "B" (every
     element is a bit) or "D" (every element has 4 bytes). ``size`` is in the unit of the space. ``base``:

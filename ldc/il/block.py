@@ -20,6 +20,7 @@ from functools import cached_property
 from ldc.il.homes import BY_SIZE, Cell, Home, end_of, homes, located
 from ldc.il.layout import Layout, measure, state
 from ldc.il.program import Program, Unit
+from ldc.records import record
 from ldc.symbols import Location, Variable
 from ldc.types import Array, Elementary, Instance, String, Struct, Type, Value, default, is_scalar, storage
 
@@ -30,7 +31,7 @@ _FORMAT = {"int": {8: "b", 16: "h", 32: "i", 64: "q"}, "real": {32: "f", 64: "d"
 _UNSIGNED = {8: "B", 16: "H", 32: "I", 64: "Q"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Spot:
     """Where a variable lies: ``offset`` in bytes from the begin of the block; ``bit`` 0 to 7 when it is
     one bit (or an array of bits, one behind the other) of the byte image."""

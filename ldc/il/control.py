@@ -9,16 +9,16 @@ loop that skips to the segment asked for.
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
 
 from ldc.il.flat import Flat
 from ldc.il.loops import Loops, find_loops
+from ldc.records import record
 
 DEEPEST = 30
 _ROUNDS = 8
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plan:
     """``blocks``: jump position -> end of its ``if``; ``others``: position of a JMP -> end of the ``else``
     that starts right after it; ``segments``: positions where segments begin, in order (empty: no dispatch

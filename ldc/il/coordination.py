@@ -7,10 +7,11 @@ Paths are those of variables (`clamp.closed`, `%IX0.7`). Values are kept in memo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from struct import calcsize
 
 from ldc.il.areas import Area, areas
+from ldc.records import record
 from ldc.types import Elementary, Type, storage
 
 Value = bool | int | float
@@ -35,7 +36,7 @@ def form(type_: Type) -> str | None:
     return "<f" if kind.kind == "real" else f"<{_INTEGERS[kind.kind]}"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parameter:
     """A VAR_INPUT of a module that steps and messages set. ``address``: in LCD."""
 
@@ -46,7 +47,7 @@ class Parameter:
     address: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Module:
     """``index``: the offset of its start bit in LCF. ``start``, ``done``: paths, None when it has none."""
 
@@ -60,7 +61,7 @@ class Module:
         return next((p for p in self.parameters if p.name.upper() == name.upper()), None)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Subscriber:
     """``flag``: VAR_INPUT that is TRUE for one execution; None: the module is started. ``data``: VAR_INPUT
     that gets what was broadcast."""
@@ -70,7 +71,7 @@ class Subscriber:
     data: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Message:
     """``number``: of its class, from 0. ``source``: path whose rising edge broadcasts it, None for those of
     the system; ``data``, ``form``: what goes along. ``flag``: bit address in MSGF; ``slot``: byte address in
@@ -94,7 +95,7 @@ class Message:
         return calcsize(self.form) if self.form else 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """Module ``module`` (an index) gets ``parameters`` and is started when ``when`` is TRUE; the step has
     ended when the module has and ``until`` is TRUE. ``name``: of the module."""
@@ -106,7 +107,7 @@ class Step:
     until: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sequence:
     """The customised program. Without ``repeat`` it runs once at each rising edge of ``start``."""
 
@@ -115,7 +116,7 @@ class Sequence:
     repeat: bool = True
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plant:
     """``file``: with the class `Plant`; ``parameters``: a file with its dict in JSON, or None."""
 
@@ -125,7 +126,7 @@ class Plant:
     seed: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Coordination:
     """``messages``: those of the system first, each class in the order of the numbers: the order in which
     they are handled. ``estop``: path of a BOOL that is TRUE in an emergency; ``reset``: of one at whose

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from ldc.records import record
 from ldc.types import Type
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Shared:
     """A global variable that native code names: ``offset`` in bytes in the memory that it is given.
     It is read before every call, also when it is only written: not every call writes all of it."""
@@ -19,7 +19,7 @@ class Shared:
     written: bool
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Binding:
     """``library`` exports ``entry`` and, when ``size`` is not 0, the pointer ``ldc_memory`` to that many
     bytes, which hold the variables ``shared``."""

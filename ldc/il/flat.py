@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.il.program import Instr, Unit
+from ldc.records import record
 
 JUMPS = ("JMP", "JMPC", "JMPCN")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Flat:
     """The body of a unit as one list. ``places[i]`` is (rung number, instruction number) of ``code[i]``;
     ``targets`` maps the position of a jump to the position that it goes to (``len(code)``: the end);

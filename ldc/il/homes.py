@@ -7,10 +7,10 @@ way (``%IX0.3`` and ``%IB0``, or INT and WORD at ``%QW0``) they are packed in th
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from ldc.expr import Place
 from ldc.il.program import Program, Resource, Unit
+from ldc.records import record
 from ldc.symbols import Location
 from ldc.types import BOOL, BYTE, DWORD, LWORD, WORD, Array, Elementary, Type, storage
 
@@ -19,14 +19,14 @@ BY_SIZE = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 INTRINSIC = ("%NOW", "%FIRST_SCAN")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cell:
     """An entry of the namespace."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Packed:
     """Bits of the byte image of an area, little-endian; ``type`` is a scalar or an array of scalars."""
 

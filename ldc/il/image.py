@@ -12,7 +12,7 @@ import gc
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 
 import msgspec
 
@@ -20,6 +20,7 @@ from ldc.expr import BitStep, Const, FieldStep, IndexStep, Load, Place, Step
 from ldc.il.layout import Layout, Symbol, lay_out
 from ldc.il.program import (
     NUMBER, OPCODES, External, Instr, Operand, Pace, Program, Resource, Run, RungCode, Task, Unit)
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.symbols import Location, Variable
 from ldc.types import ELEMENTARY, Array, Elementary, Enum, Field, Instance, String, Struct, Subrange, Type
@@ -32,7 +33,7 @@ class BadImage(ValueError):
     """The bytes are no image of this format."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Image:
     """``program`` with ``layout``; ``digest``: 64 hex digits of what runs."""
 

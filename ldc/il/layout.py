@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ldc.il.program import Program, Unit
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, storage
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Symbol:
     """``path`` in declared spelling; ``offset`` and ``size`` in bytes, ``bit`` for a bit of an image;
     ``type_hash`` changes with anything that would make stored bytes mean something else."""
@@ -31,7 +31,7 @@ class Symbol:
     bit: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Layout:
     symbols: tuple[Symbol, ...]
     size: int

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping, Set
-from dataclasses import dataclass
+
+from ldc.records import record
 
 # CPython nests no more than 20 loops in one function.
 _DEEPEST, _ROUNDS = 12, 8
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Loops:
     """``ends``: position of the label that a loop begins with -> its last backward jump; ``jumps``: those
     that go to the begin or behind the end of the innermost loop around them."""

@@ -6,8 +6,6 @@ comes out in the fewest instructions; coils, blocks and edges fix the order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.expr import TRUE, Apply, Const, Load, Place
 from ldc.graph.memory import Memories
 from ldc.graph.rung import RungGraph
@@ -17,11 +15,12 @@ from ldc.il.lower_blocks import BlockLowering
 from ldc.il.program import Instr, RungCode
 from ldc.il.values import Value, can_fault, conjunction, disjunction, negation
 from ldc.model.elements import Block, Coil, Contact, Jump
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import BOOL
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Lowered:
     """A rung's code and the variables that it needs beside the declared ones."""
 

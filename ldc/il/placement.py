@@ -14,10 +14,11 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.il.layout import state
 from ldc.il.program import Program, Resource, Unit
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Instance, Scalar, Struct, Type, default, is_scalar, storage
 
@@ -29,7 +30,7 @@ ENABLE, ERROR, FED_ERROR = "enable", "error", "_ldc_error"
 latter between scans, for its own checks write the pin."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PlacedPin:
     """A pin that is sent. ``variable``: what holds it in the proxy, "" for AFS, which is no variable.
     ``type``: f32, i32, u32 or bool32. ``low`` and ``high``: what P checks, as the type rounds it."""
@@ -42,7 +43,7 @@ class PlacedPin:
     high: float = math.inf
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LocalPin:
     """A pin that is wired on the slave: a point of the field. ``output``: the algorithm writes it.
     ``initial``: what an output has before the first START, and after whatever ends the algorithm at once."""
@@ -56,7 +57,7 @@ class LocalPin:
     high: float = math.inf
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Placed:
     """An algorithm in its place.
 
@@ -91,7 +92,7 @@ class Placed:
         return bool(self.parameters) and self.parameters[0].name == ENABLE
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Point:
     """A word of the field: its index there, and the type of what is in it (f32, i32, u32, bool32)."""
 

@@ -6,9 +6,10 @@ operators with parentheses, jumps to labels of the same POU.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from ldc.expr import Const, Place
+from ldc.records import record
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import BOOL, Type
@@ -33,7 +34,7 @@ OPCODES: tuple[str, ...] = (
 NUMBER: dict[str, int] = {op: n for n, op in enumerate(OPCODES)}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instr:
     """One instruction.
 
@@ -62,7 +63,7 @@ class Instr:
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RungCode:
     """The IL of one rung (or of one statement list). ``key`` is the rung's identity; ``label`` is the
     label at its start when something jumps to it; ``proof``: "proof", "check" or "none"."""
@@ -76,7 +77,7 @@ class RungCode:
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class External:
     """Native code of a component (DESIGN section 6): ``void entry(const in *, out *, state *, uint32_t dt_us)``.
 
@@ -93,7 +94,7 @@ class External:
     period: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pace:
     """What makes a function block the proxy of an algorithm: slave 1 .. 4 executes the unit of its name in
     ``Program.algorithms`` by itself, every ``period`` nanoseconds. ``ranges``: least and greatest value of
@@ -104,7 +105,7 @@ class Pace:
     ranges: tuple[tuple[str, float | None, float | None], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Unit:
     """A POU in IL. ``variables`` holds pins, locals, hidden memories and temporaries in order. The
     result of a FUNCTION is kept in a local variable with the function's own name. ``pace``: it stands for an
@@ -126,7 +127,7 @@ class Unit:
         return tuple(v for kind in ("input", "in_out") for v in self.variables if v.kind == kind)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Task:
     """``interval``: nanoseconds between two executions, None: every scan or, with ``single``, at its
     rising edge. ``priority``: 0 is the most urgent. ``watchdog``: backward jumps allowed in one
@@ -139,7 +140,7 @@ class Task:
     watchdog: int = 1_000_000
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Run:
     """A program instance: ``name`` is its path, ``pou`` what it runs, ``task`` by which task."""
 
@@ -148,7 +149,7 @@ class Run:
     task: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Resource:
     """One processor's share. ``safe``: output address or global/instance path to the value that it
     takes when a task stops by a fault; outputs without one take FALSE/0."""
@@ -159,7 +160,7 @@ class Resource:
     runs: tuple[Run, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Program:
     """A whole compiled project: units (callees before callers), globals and how they run. ``algorithms``:
     what slaves execute by themselves, each under the name of its proxy in ``units``."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 from ldc.il.program import Instr, RungCode
 from ldc.il.scan import Mark
+from ldc.records import record
 from ldc.source import Span
 
 # Keys that the compiler makes of a rung without a name: a digest and an ordinal.
@@ -16,7 +16,7 @@ _NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
 _JUMPS = frozenset(("JMP", "JMPC", "JMPCN"))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Region:
     start: int
     key: str

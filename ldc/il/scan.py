@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from ldc.records import record
 
 DEFERRED = frozenset("AND OR XOR ANDN ORN XORN & &N ADD SUB MUL DIV MOD GT GE EQ NE LE LT".split())
 CALLS = frozenset(("CAL", "CALC", "CALCN"))
@@ -22,7 +23,7 @@ _BRACKET = re.compile(r"[()\[\],]|'(?:\$[^\n]|[^$'\n])*'?|\"(?:\$[^\n]|[^$\"\n])
 _NOT_LINE_BREAK = re.compile(r"[^\n]")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mark:
     """A comment ``(* rung "key": title *)`` that the printer sets before each rung."""
 
@@ -31,7 +32,7 @@ class Mark:
     title: str | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Line:
     """One instruction; offsets are those of the source file.
 
@@ -59,7 +60,7 @@ class Line:
         return max(self.close, self.op_end)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Argument:
     """``name := value``, ``NOT name => target`` or a value alone (``name`` is then None)."""
 

@@ -10,7 +10,6 @@ is compiled by itself: overlapping locations, indexes, expressions, loops.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from ldc.expr import BitStep, Const, Expr, FieldStep, Load, Place
 from ldc.graph.memory import Memories, memories
@@ -21,6 +20,7 @@ from ldc.il.lower import Lowered
 from ldc.il.program import Instr, Operand, RungCode
 from ldc.il.verify import Verdict
 from ldc.model.elements import Block, Coil, Contact
+from ldc.records import record
 from ldc.symbols import Location
 from ldc.types import BOOL, Type
 
@@ -139,7 +139,7 @@ def shape_of(graph: RungGraph, locations: Mapping[str, Location]) -> Shape | Non
         return None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Made:
     """What was made of a rung; ``verdict`` is None when nobody asked for one."""
 
@@ -149,7 +149,7 @@ class Made:
     verdict: Verdict | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Known:
     """What was made of a rung, for others of its shape. ``numbers``: which variable each instruction names
     (-1: none, or a temporary); ``proved``: the code that the verdict is about, with numbers for names."""

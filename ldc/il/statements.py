@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.expr import Expr, Place
 from ldc.il.program import Unit
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assign:
     """``target := value``. All statements: ``at`` is the flat position of the instruction."""
 
@@ -17,7 +16,7 @@ class Assign:
     value: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Latch:
     """``IF condition THEN target := value; END_IF``: the instructions S and R."""
 
@@ -27,7 +26,7 @@ class Latch:
     value: bool
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CallBlock:
     """Runs the function block ``instance``, whose pins were assigned before; ``condition`` None: always."""
 
@@ -36,7 +35,7 @@ class CallBlock:
     condition: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CallFunction:
     """Calls a FUNCTION of the project. ``arguments`` as ``Unit.arguments``; ``result``: a temporary, None
     for a FUNCTION without result; ``outputs``: pins and the temporaries that take them."""
@@ -48,7 +47,7 @@ class CallFunction:
     outputs: tuple[tuple[str, Place], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CallNative:
     """Runs the native code of the unit (EXT) on the instance that is executed; ``elapsed``: the time since it
     ran last."""
@@ -57,14 +56,14 @@ class CallNative:
     elapsed: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Label:
     """Something jumps to the flat position ``at``."""
 
     at: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Goto:
     """Jumps to the label at ``target`` (the length of the code: the end); backward when that is not
     behind ``at``."""
@@ -74,7 +73,7 @@ class Goto:
     condition: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Return:
     at: int
     condition: Expr | None = None

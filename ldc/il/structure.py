@@ -21,6 +21,7 @@ from ldc.il.homes import INTRINSIC
 from ldc.il.program import COMPARISON, LOGIC, Instr, Unit
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
+from ldc.records import record
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Instance, Type
 
@@ -31,7 +32,7 @@ _NOTHING: frozenset[str] = frozenset()
 _EVERYTHING = "*"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Structured:
     """``temporaries`` are those that were made for the statements, beside ``unit.variables``; each is
     written before it is read. ``seams``: positions of rungs that take over none of them from before."""

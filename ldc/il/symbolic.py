@@ -11,11 +11,12 @@ and, since hidden memories are operands too, for every number of scans (ADR 0004
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
 from ldc.library import functions
+from ldc.records import record
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type, storage
 
@@ -100,7 +101,7 @@ class Key:
         self.steps = steps
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Taken:
     """An index with the value that it had when it was taken (``Memory.taken``)."""
 

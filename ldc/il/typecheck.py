@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from ldc.expr import Const, Expr, IndexStep, Load, Place
 from ldc.il.accumulator import allowed
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, NUMBER, Instr, Operand, RungCode, Unit
 from ldc.library import functions
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import BOOL, Instance, String, Type, is_scalar, storage
 
@@ -22,7 +22,7 @@ _CONDITIONAL = frozenset(("JMPC", "JMPCN", "CALC", "CALCN", "RETC", "RETCN"))
 _CONTROL = frozenset(("JMP", "LABEL", "CAL", "RET")) | _CONDITIONAL
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Finding:
     """What is wrong with instruction ``index`` of the rung ``rung``."""
 

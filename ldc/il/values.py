@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.records import record
 from ldc.types import BOOL, DATE, DT, TIME, TOD, Elementary, Type
 
 # Arithmetic whose two sides have different types is a call of the standard's typed function (table 30).
@@ -15,7 +14,7 @@ _MIXED = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Held:
     """A value that was computed once: in the accumulator still, or (when that was needed) in a temporary."""
 

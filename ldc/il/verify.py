@@ -7,7 +7,6 @@ Runs the graph (the reference meaning), the series/parallel tree and the IL over
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
 
 from ldc.expr import Const, Expr, FieldStep, Place
 from ldc.graph.evaluate import evaluate
@@ -21,11 +20,12 @@ from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
 from ldc.il.symbolic import ALL, Memory, Operands, Term, Value
 from ldc.library import blocks, functions
 from ldc.model.elements import Block
+from ldc.records import record
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Instance, Type, default
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Verdict:
     """``kind``: "proof" (all assignments of at most twelve operands), "check" (4,096 assignments) or
     "wrong"; then ``stage`` ("tree" or "il"), ``what`` differs and an ``example`` of operand values."""

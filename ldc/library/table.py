@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ldc.library.generic import GENERIC, WORDS, common, is_temporal, kind, widens
+from ldc.records import record
 from ldc.symbols import Parameter, Signature
 from ldc.types import BOOL, ELEMENTARY, INT, LREAL, REAL, STRING, String, Subrange, Type
 
@@ -15,7 +15,7 @@ _DEFAULT = {"ANY_REAL": REAL, "ANY_BIT": BOOL, "ANY_STRING": STRING}
 LONGEST = 32_767
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Shape:
     """One way to call a function.
 
@@ -31,7 +31,7 @@ class Shape:
     extends: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Resolved:
     """A call with its types settled. ``parameters`` are the types that the arguments must have."""
 
@@ -47,7 +47,7 @@ class Resolved:
         return Signature("FUNCTION", self.name, inputs, result=self.result, standard=True)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Function:
     """A standard function: one row of the table.
 

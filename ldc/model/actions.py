@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.expr import Expr, Place
 from ldc.model.elements import Block
+from ldc.records import record
 from ldc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assign:
     """``value`` is of the place's type, or of one that is stored alike."""
 
@@ -18,7 +17,7 @@ class Assign:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Call:
     """A function block, or a function whose result goes to an output pin or nowhere. No power pins."""
 
@@ -26,20 +25,20 @@ class Call:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arm:
     condition: Expr
     body: tuple[Action, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class If:
     arms: tuple[Arm, ...]
     otherwise: tuple[Action, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Choice:
     """``labels``: inclusive ranges of numbers, no two of one CASE overlap."""
 
@@ -47,7 +46,7 @@ class Choice:
     body: tuple[Action, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Case:
     selector: Expr
     choices: tuple[Choice, ...]
@@ -55,7 +54,7 @@ class Case:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class For:
     """``start``, ``stop`` and ``step`` are of the variable's integer type; a constant ``step`` is not 0.
     ``down``: the step is the amount that is subtracted (of an unsigned variable). ``free``: the body
@@ -71,21 +70,21 @@ class For:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class While:
     condition: Expr
     body: tuple[Action, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Repeat:
     body: tuple[Action, ...]
     condition: Expr
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leave:
     """``word``: EXIT and CONTINUE are for the innermost loop around it, RETURN for the POU."""
 

@@ -8,7 +8,6 @@ executed. The first execution tests no transition: the initial step begins with 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, Load, Place
@@ -18,6 +17,7 @@ from ldc.model.charts import Action, Association, Chart, Transition, flag
 from ldc.model.environment import Environment
 from ldc.parser import ast, sfc
 from ldc.parser import statements as st
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import BOOL, TIME
 
@@ -25,7 +25,7 @@ TRUE, FALSE, ZERO = Const(True, BOOL), Const(False, BOOL), Const(0, TIME)
 _LONGEST = TIME.range[1]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Control:
     """Statements; ``title`` tells what part of the chart they are."""
 
@@ -34,7 +34,7 @@ class Control:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Guarded:
     """A body that is executed when ``when`` is TRUE; RETURN in it leads behind it. ``result``: the variable
     that takes a BOOL accumulator at the end of Instruction List, when the body is that of a transition."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Expr, Load, Place
@@ -13,10 +12,11 @@ from ldc.model import chart_rules, expressions, places, statements, type_finding
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.parser import ast, sfc
+from ldc.records import record
 from ldc.types import BOOL, TIME, storage
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Association:
     """``number`` of the association in its step, from 1; ``time`` for the qualifiers that have one."""
 
@@ -26,7 +26,7 @@ class Association:
     time: Expr | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Transition:
     """``condition``: an expression, or a body that sets the variable with the transition's name.
     ``shared``: of ``sources``, those that another transition leads away from as well."""
@@ -38,7 +38,7 @@ class Transition:
     shared: frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Action:
     """``name``: for its memories. ``body`` None: a BOOL variable, ``place``."""
 
@@ -48,7 +48,7 @@ class Action:
     associations: tuple[Association, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Chart:
     """``transitions``: in the order in which they are tested. ``actions``: variables, then bodies in their
     order."""

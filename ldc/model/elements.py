@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.expr import Expr, Place
+from ldc.records import record
 from ldc.source import Span
 from ldc.symbols import Signature
 from ldc.types import Type
@@ -12,7 +11,7 @@ from ldc.types import Type
 Net = int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contact:
     """``kind``: open closed rising falling (``expr`` is a Load or Const), or expression (any BOOL Expr)."""
 
@@ -21,7 +20,7 @@ class Contact:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Coil:
     """``kind``: normal negated set reset rising falling. Power passes through unchanged."""
 
@@ -30,7 +29,7 @@ class Coil:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PinIn:
     """An input pin (or in_out) and what it is fed with: an expression (already of ``type``), a net."""
 
@@ -40,7 +39,7 @@ class PinIn:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PinOut:
     """An output pin (or in_out) and what it feeds; ``type`` is the pin's. A place of a wider type
     gets the value converted."""
@@ -51,7 +50,7 @@ class PinOut:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Block:
     """A function block (``instance``) or a function (None) with its pins in declared order.
 
@@ -76,7 +75,7 @@ class Block:
         return self.instance is None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Jump:
     """``label`` None: RETURN."""
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from ldc.parser import ast
 from ldc.parser.sfc import SfcBody
 from ldc.parser.statements import StatementBody
+from ldc.records import record
 from ldc.source import Span
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pou:
     """A POU with its typed variables by name in capitals (pins first, in declared order).
 
@@ -30,7 +31,7 @@ class Pou:
         return self.signature.name
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Task:
     name: str
     interval: int | None
@@ -39,14 +40,14 @@ class Task:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Run:
     name: str
     pou: str
     task: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Resource:
     name: str
     processor: str

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ldc.records import record
 
-@dataclass(frozen=True, slots=True)
+
+@record
 class TaskSetting:
     """A task of the manifest.
 

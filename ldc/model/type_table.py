@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
 from ldc.model import declaration_findings as findings
@@ -11,6 +9,7 @@ from ldc.model.environment import Environment
 from ldc.model.initial import initial_value, integer, scalar
 from ldc.model.names import PREFIX, suggest
 from ldc.parser import ast
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import (
     DINT,
@@ -33,7 +32,7 @@ LONGEST_STRING = 32_767
 DEEPEST = 30
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Known:
     """A type with the initial value that its declaration gives it (None: that of the type itself),
     the number of its scalars and how deep it nests."""

@@ -7,13 +7,13 @@ one (DESIGN section 2); it is kept as ``Untyped`` and computed exactly until the
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, Load
 from ldc.library import functions
 from ldc.model import type_findings as findings
 from ldc.parser import ast
+from ldc.records import record
 from ldc.source import Span
 from ldc.types import (
     BOOL,
@@ -36,7 +36,7 @@ from ldc.types import (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Untyped:
     """A number whose context decides its type."""
 
@@ -44,7 +44,7 @@ class Untyped:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AnyEnum:
     """The name of a value that several enumerations have; the context decides which is meant."""
 
@@ -53,7 +53,7 @@ class AnyEnum:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NetValue:
     """What a net of the rung brings to a pin; None: its type is not known."""
 

@@ -5,9 +5,9 @@ Nothing here is typed or resolved; names keep the spelling of the source.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ldc.records import record
 from ldc.source import SourceFile, Span
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # ---- expressions ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Literal:
     """A literal. ``type`` is the declared prefix in capitals (``INT`` of ``INT#5``, TIME for ``T#..``,
     BOOL for TRUE/FALSE), or None when the context decides (``5``, ``16#FF``, ``1.5``, ``'abc'``)."""
@@ -27,7 +27,7 @@ class Literal:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EnumLiteral:
     """``Colour#red``."""
 
@@ -36,13 +36,13 @@ class EnumLiteral:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Name:
     name: str
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Direct:
     """A directly represented variable, ``%IX0.0``."""
 
@@ -50,7 +50,7 @@ class Direct:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Member:
     """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``)."""
 
@@ -59,14 +59,14 @@ class Member:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Index:
     base: Expr
     indexes: tuple[Expr, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Unary:
     """``op``: NOT or ``-`` (a sign on a number is part of the literal)."""
 
@@ -75,7 +75,7 @@ class Unary:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Binary:
     """``op``: OR XOR AND = <> < > <= >= + - * / MOD ** (``&`` is read as AND)."""
 
@@ -85,7 +85,7 @@ class Binary:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Argument:
     """Of a call in an expression: ``name`` is None when positional; ``output`` for ``=>``."""
 
@@ -95,7 +95,7 @@ class Argument:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Call:
     name: str
     arguments: tuple[Argument, ...]
@@ -105,7 +105,7 @@ class Call:
 Expr = Literal | EnumLiteral | Name | Direct | Member | Index | Unary | Binary | Call
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Aggregate:
     """An initial value ``[1, 2, 3(0)]`` (items: (repeat, value)) or ``(a := 1, b := 2)`` (fields)."""
 
@@ -119,7 +119,7 @@ Initial = Expr | Aggregate
 # ---- types and declarations -------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NamedType:
     """An elementary type, a type of the project or a function block. ``length`` for STRING[n]."""
 
@@ -128,20 +128,20 @@ class NamedType:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ArrayType:
     bounds: tuple[tuple[Expr, Expr], ...]
     element: TypeExpr
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StructType:
     fields: tuple[VarDecl, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EnumType:
     """``(red, amber := 5, green)``."""
 
@@ -149,7 +149,7 @@ class EnumType:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SubrangeType:
     base: str
     low: Expr
@@ -160,7 +160,7 @@ class SubrangeType:
 TypeExpr = NamedType | ArrayType | StructType | EnumType | SubrangeType
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class VarDecl:
     """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line).
     ``note``: what a foreign source says about it, one line."""
@@ -174,7 +174,7 @@ class VarDecl:
     note: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class VarBlock:
     """``kind``: VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL VAR_GLOBAL;
     ``qualifiers``: of RETAIN NON_RETAIN CONSTANT."""
@@ -185,7 +185,7 @@ class VarBlock:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TypeDecl:
     name: str
     type: TypeExpr
@@ -196,7 +196,7 @@ class TypeDecl:
 # ---- the ladder -------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contact:
     """``modifier``: "" (open, or any BOOL expression), "/" closed, "P" rising, "N" falling."""
 
@@ -205,7 +205,7 @@ class Contact:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Coil:
     """``modifier``: "" "/" "S" "R" "P" "N"."""
 
@@ -214,7 +214,7 @@ class Coil:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Junction:
     """``@name``: a net with a name."""
 
@@ -222,7 +222,7 @@ class Junction:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Jump:
     """``>>label``, or the end of the POU when ``target`` is RETURN (any case)."""
 
@@ -230,7 +230,7 @@ class Jump:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pin:
     """``pin := value`` or (``output``) ``pin => target`` of a block; ``name`` None when positional."""
 
@@ -240,7 +240,7 @@ class Pin:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Block:
     """``<instance: TYPE(pins) in=PIN out=PIN>``; ``instance`` None for a function.
 
@@ -255,13 +255,13 @@ class Block:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Path:
     items: tuple[Item, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Branches:
     """``{ path | path }``."""
 
@@ -272,7 +272,7 @@ class Branches:
 Item = Contact | Coil | Block | Junction | Jump | Branches
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rung:
     """``name`` is a label and the identity that online change keeps; ``span`` is the whole rung."""
 
@@ -283,7 +283,7 @@ class Rung:
     name_span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LadderBody:
     """``unread``: rungs of a foreign drawing of which a part could not be read, each with the number of
     rungs before it; only good to be shown beside the finding that tells."""
@@ -293,7 +293,7 @@ class LadderBody:
     unread: tuple[tuple[int, Rung], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TextBody:
     """The source text of a body in Instruction List, ``language`` "IL"."""
 
@@ -301,7 +301,7 @@ class TextBody:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NativeBody:
     """The body of a component that gcc compiles: ``language`` "c" or "c++" (DESIGN section 6)."""
 
@@ -309,7 +309,7 @@ class NativeBody:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pou:
     """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns. The
     body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart."""
@@ -327,7 +327,7 @@ class Pou:
 # ---- configuration ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Task:
     """``TASK name (INTERVAL := .., PRIORITY := .., SINGLE := ..)``."""
 
@@ -338,7 +338,7 @@ class Task:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ProgramInstance:
     """``PROGRAM name WITH task : pou;``."""
 
@@ -348,7 +348,7 @@ class ProgramInstance:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Resource:
     """``RESOURCE name ON processor``; a resource is a processor."""
 
@@ -360,7 +360,7 @@ class Resource:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Configuration:
     name: str
     var_blocks: tuple[VarBlock, ...]
@@ -368,7 +368,7 @@ class Configuration:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Comment:
     """``text`` with its delimiters, as written."""
 
@@ -376,7 +376,7 @@ class Comment:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Remark:
     """What became of something in a foreign source, for the report of ``ldc import``. ``kind``: "mapped"
     (other means, same effect), "renamed", "added" or "left out"; ``into``: its name or form in the
@@ -388,7 +388,7 @@ class Remark:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class File:
     """One parsed source. What did not parse is left out (the diagnostics tell).
 
@@ -408,6 +408,6 @@ class File:
     safe: tuple[tuple[str, bool | int | float | str], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Project:
     files: tuple[File, ...]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.parser import ast, sfc
 from ldc.parser.builder import Values
 from ldc.parser.declarations import FileBuilder
+from ldc.records import record
 from ldc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ChartHead:
     """``STEP name:``, ``INITIAL_STEP name:``, ``ACTION name:``."""
 

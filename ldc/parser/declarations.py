@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.parser import ast
 from ldc.parser.builder import Builder, Values
+from ldc.records import record
 from ldc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PouHead:
     """``PROGRAM name "title"``, ``FUNCTION name : TYPE "title"``."""
 

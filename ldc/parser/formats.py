@@ -7,14 +7,14 @@ A format is a package beside this module with ``recognises(source) -> bool``, ch
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, classicladder, l5x, ldmicro, melsec, openplc, plcopen
+from ldc.records import record
 from ldc.source import SourceFile, Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Format:
     """``name`` as people call it; ``suffixes`` (lower case) that its files usually have. ``position``: of
     the drawn element that begins at a span, in words; None when the line says it."""

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 
 from ldc.parser import ast, unparse
 from ldc.parser.comments import Comments, comment_text
+from ldc.records import record
 
 WIDTH = 100
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Atom:
     """What is placed as a whole when it fits: ``flat`` is its text on one line, None when that cannot be.
 

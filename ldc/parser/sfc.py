@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.parser.ast import Expr, LadderBody, Name, TextBody
 from ldc.parser.statements import StatementBody
+from ldc.records import record
 from ldc.source import Span
 
 PLAIN = ("N", "R", "S", "P", "P0", "P1")
@@ -16,7 +15,7 @@ QUALIFIERS = (*PLAIN, *TIMED)
 Body = LadderBody | StatementBody | TextBody
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Association:
     """``action(qualifier, time, indicators)`` in a step. ``action`` names an ACTION of the chart or a BOOL
     variable. Indicators are variables that the action is said to set; they have no effect."""
@@ -28,7 +27,7 @@ class Association:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """``STEP name: ... END_STEP``, or INITIAL_STEP."""
 
@@ -39,7 +38,7 @@ class Step:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Transition:
     """``TRANSITION name (PRIORITY := n) FROM sources TO targets := condition; END_TRANSITION``.
 
@@ -55,7 +54,7 @@ class Transition:
     name_span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Action:
     """``ACTION name: ... END_ACTION``."""
 
@@ -65,7 +64,7 @@ class Action:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SfcBody:
     """The body of a POU that is a chart, or several charts beside each other. The order of ``transitions``
     is that of the drawing from left to right, ``actions`` are executed in their order."""

@@ -5,13 +5,12 @@ An expression that could not be read is None; what was wrong was told. Blocks ne
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ldc.parser.ast import Argument, Expr
+from ldc.records import record
 from ldc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assign:
     """``target := value``."""
 
@@ -20,7 +19,7 @@ class Assign:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Invoke:
     """``callee(arguments)``: an instance of a function block, or a function whose result nobody takes."""
 
@@ -29,7 +28,7 @@ class Invoke:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arm:
     """``IF condition THEN`` or ``ELSIF condition THEN`` (``head``) with what it leads to."""
 
@@ -38,7 +37,7 @@ class Arm:
     head: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Otherwise:
     """``ELSE`` (``head``) with what it leads to."""
 
@@ -46,14 +45,14 @@ class Otherwise:
     head: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class If:
     arms: tuple[Arm, ...]
     otherwise: Otherwise | None
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Label:
     """A value of a CASE, or the range ``low..high``."""
 
@@ -62,7 +61,7 @@ class Label:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Choice:
     """``labels:`` (``head``) with what it leads to."""
 
@@ -71,7 +70,7 @@ class Choice:
     head: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Case:
     """``CASE selector OF`` (``head``)."""
 
@@ -82,7 +81,7 @@ class Case:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ForHead:
     """``variable := start TO stop BY step``; without BY ``step`` is None."""
 
@@ -93,7 +92,7 @@ class ForHead:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class For:
     """``head_span`` goes from FOR to DO."""
 
@@ -103,7 +102,7 @@ class For:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class While:
     """``WHILE condition DO`` (``head``)."""
 
@@ -113,7 +112,7 @@ class While:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Repeat:
     """``REPEAT`` (``head``) until ``UNTIL condition END_REPEAT`` (``tail``)."""
 
@@ -124,7 +123,7 @@ class Repeat:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leave:
     """``word``: EXIT CONTINUE RETURN."""
 
@@ -132,7 +131,7 @@ class Leave:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Empty:
     """A semicolon alone."""
 
@@ -142,7 +141,7 @@ class Empty:
 Statement = Assign | Invoke | If | Case | For | While | Repeat | Leave | Empty
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StatementBody:
     """The body of a POU in Structured Text; ``span`` reaches from the declarations to the END."""
 

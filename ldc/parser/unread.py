@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.lexer import lex
 from ldc.parser.units import Units
+from ldc.records import record
 from ldc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Head:
     """What is known of a rung by its text, from RUNG to its end. ``name_at``: where its name begins, from the
     first character; ``jumps``: labels that it jumps to; ``calls``: functions that it calls, in capitals;

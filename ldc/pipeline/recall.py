@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from ldc.graph.keys import stem
 from ldc.il.program import RungCode
@@ -18,13 +17,14 @@ from ldc.parser import ast
 from ldc.parser.unread import Head, UnreadPaths
 from ldc.pipeline.memory import Memory
 from ldc.pipeline.results import Options, RungBuild
+from ldc.records import record
 from ldc.source import Span
 from ldc.symbols import Location, Variable
 
 _WORD = re.compile(r"[^\W\d]\w*")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RungResult:
     """What a rung gives to its body; ``build`` is None when it is wrong."""
 

@@ -21,10 +21,11 @@ from ldc.manifest import Sources
 from ldc.model.project import Model
 from ldc.parser import ast
 from ldc.pipeline.memory import Memory
+from ldc.records import record
 from ldc.symbols import Variable
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Options:
     """How to compile. ``every_component``: also those that no program uses. ``keep``: hold graph and tree of
     every rung (for the dumps; they are most of the memory). ``progress(done, total)`` is called after every
@@ -42,7 +43,7 @@ class Options:
     memory: Memory | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RungBuild:
     """Everything that was made of one rung; graph, turns and tree are None when not kept."""
 
@@ -54,7 +55,7 @@ class RungBuild:
     tree: SPTree | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BodyCode:
     """What was made of a body: its code, and the variables that this needs beside the declared ones."""
 

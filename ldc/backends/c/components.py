@@ -7,7 +7,6 @@ copied into a window before the call and, when it writes them, back after it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from ldc.backends.c.places import c_name
 from ldc.backends.c.values import Callee
@@ -15,11 +14,12 @@ from ldc.il import c_types
 from ldc.il.block import Block, Spot
 from ldc.il.external import Binding, Shared
 from ldc.il.program import Unit
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array, Instance, String
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Wrapper:
     """The C file that calls the component of a unit. ``structures``: in, out and state; ``before`` and
     ``after`` move values; ``window``: bytes of the globals."""

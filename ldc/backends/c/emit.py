@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from ldc.backends.c import components
 from ldc.backends.c.units import UnitCode, inline, translate
@@ -11,13 +10,14 @@ from ldc.backends.c.values import Callee
 from ldc.backends.room import Room, digest
 from ldc.il.block import Block
 from ldc.il.external import Binding
+from ldc.records import record
 
 HEADER = "ldc_runtime.h"
 _RUNTIME, _TEXT = "ldc_runtime.c", "ldc_text.c"
 _ROOM = Room("ldc.backends.c")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class File:
     """A file to compile; ``digest``: SHA-256 over all that its object depends on but the compiler. Lines of
     the sources count only when the object holds them (``debug``)."""
@@ -32,7 +32,7 @@ class File:
         return self.name not in (_RUNTIME, _TEXT)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BuildPlan:
     """``files`` are compiled, ``header`` is what they include. ``map``: for every driver by number the name
     of its POU and the first rung of each part, for the places of faults; ``bindings``: the components in C

@@ -13,13 +13,13 @@ import secrets
 import subprocess
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.backends.c.emit import HEADER, BuildPlan, File
 from ldc.components import toolchain
 from ldc.components.toolchain import Tool
 from ldc.diagnostics import Diagnostics
+from ldc.records import record
 
 FLAGS = ("-std=c11", "-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
          "-fvisibility=hidden", "-fno-gnu-unique", "-fno-asynchronous-unwind-tables")
@@ -35,7 +35,7 @@ class CompilerFailed(Exception):
         super().__init__(f"the C compiler `{command}` failed: {' '.join(lines[:3])}")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Artifact:
     """``path``: the shared object, of its own name for every build; ``compiled``: files that gcc ran for."""
 
@@ -44,7 +44,7 @@ class Artifact:
     compiled: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Compiler:
     """A command that takes the options of gcc, and what identifies it."""
 

@@ -7,17 +7,17 @@ chunk at most 200 (DESIGN section 5).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from zlib import crc32
 
 from ldc.il.statements import Statement
 from ldc.il.structure import Structured
+from ldc.records import record
 
 LEAST, LONGEST, MOST_STATEMENTS = 12, 40, 600
 CHUNK_LEAST, CHUNK_MOST = 80, 200
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cut:
     """One part: the numbers of its first rung and of that after its last, its statements, a name that is
     unique in its POU."""

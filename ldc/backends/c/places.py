@@ -10,13 +10,14 @@ from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.il.block import Block
 from ldc.il.homes import INTRINSIC
 from ldc.il.program import Unit
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import BOOL, TIME, Instance, Type
 
 _NOW, _FIRST_SCAN = 0, 16
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Address:
     """A place: ``base`` (m memory, s instance, f frame, or a C array) plus ``offset`` bytes; or the C
     variable ``local``. ``bit``: it is that bit (and those behind) of the byte image at ``offset``;
@@ -32,7 +33,7 @@ class Address:
     local: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Index:
     """A step that is computed: ``indexes`` with bounds and how many elements one of each is; an element
     has ``size`` bytes (bits of the byte image where the address is of one)."""
@@ -42,7 +43,7 @@ class Index:
     size: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Reach:
     """An address and, in order, the computed indexes on the way to it."""
 

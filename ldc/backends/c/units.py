@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from ldc.backends.c.ctypes import by_address, is_string, width
 from ldc.backends.c.frames import frame
@@ -17,11 +16,12 @@ from ldc.il.c_types import c_type
 from ldc.il.program import Unit
 from ldc.il.statements import Goto
 from ldc.il.structure import Structured, structure
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Function:
     """One part as text: ``head`` is its prototype without the semicolon."""
 
@@ -32,7 +32,7 @@ class Function:
     lines: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Chunk:
     """One C file: the parts of some rungs of one POU and what they need."""
 
@@ -42,7 +42,7 @@ class Chunk:
     functions: tuple[Function, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Driver:
     """The function that runs a POU: ``parts`` in order with their arguments; ``far``: number of a label that
     another part jumps to -> the part that it is in (their count: the end); ``enter`` and ``leave`` move the
@@ -57,7 +57,7 @@ class Driver:
     leave: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class UnitCode:
     """A POU (of a PROGRAM: one instance) as C. ``firsts``: the first rung of every part."""
 

@@ -10,9 +10,10 @@ from ldc.backends.c.places import Address, Names
 from ldc.expr import Apply, Const, Expr, Load, Place
 from ldc.il.c_types import c_type
 from ldc.il.structure import Structured
+from ldc.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Callee:
     """How generated code calls a POU: its C function, its prototype or (of the library) whole text, and
     whether a call can end in a fault."""

@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.backends.c import gcc
@@ -18,6 +17,7 @@ from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics
 from ldc.il.block import Block
 from ldc.il.external import Binding
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array
 
@@ -27,7 +27,7 @@ _FLAGS = ("-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-s
 _CXX = ("-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     """The object of one component, which shows nothing but its entry; ``text``: its rewritten sources."""
 

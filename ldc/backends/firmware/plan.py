@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from ldc.backends.c import emit
 from ldc.backends.c.emit import BuildPlan, File
@@ -16,6 +15,7 @@ from ldc.il import changes
 from ldc.il.block import Block, Spot
 from ldc.il.c_types import c_type
 from ldc.il.layout import state, type_hash
+from ldc.records import record
 from ldc.types import String, Value, is_scalar
 
 FLAGS = ("-std=c11", "-Os", "-g", "-ffreestanding", "-fwrapv", "-ffp-contract=off", "-fno-strict-aliasing",
@@ -29,7 +29,7 @@ _LINK = ("link.c", "p_handshake.c")
 _HEADERS = ("firmware.h", "link.h", "p_handshake.h")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TaskPlan:
     """A task as firmware runs it, in order of priority. ``interval`` in nanoseconds, 0: every scan;
     ``single``: the variable of SINGLE; ``safe``: what outputs become when it is stopped."""
@@ -42,7 +42,7 @@ class TaskPlan:
     safe: tuple[tuple[Spot, Value], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Image:
     """What one processor runs. ``files`` are compiled with ``flags``, ``headers`` are what they include by
     name, ``parts``: objects of components, ``script``: the linker script."""
@@ -57,7 +57,7 @@ class Image:
     ram: Region
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FirmwarePlan:
     """``images``: that of the master, then that of a slave if one has something to do. ``code``: the plan of
     the program that is in the first. ``digest`` covers all."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ldc.backends.firmware import findings
@@ -12,11 +11,12 @@ from ldc.backends.c import gcc
 from ldc.backends.firmware.plan import FirmwarePlan, Image
 from ldc.components import toolchain
 from ldc.diagnostics import Diagnostics
+from ldc.records import record
 
 _OVERFLOW = re.compile(r"region `(FLASH|RAM)\w*' overflowed by (\d+) bytes")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Built:
     """One image: ``elf``, ``bin`` and the linker's ``map``; ``objects``: the names of files by those of their
     objects."""
@@ -28,7 +28,7 @@ class Built:
     objects: dict[str, str]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Firmware:
     """What a build gave: an image for each processor; ``compiled``: files that gcc ran for, of ``files``."""
 

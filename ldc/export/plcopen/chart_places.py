@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 from ldc.export.plcopen.chart_plan import STEP, WIRE, Part, Plan
 from ldc.export.plcopen.places import GAP
+from ldc.records import record
 
 _WIRE = 10
 """Room on both sides of a wire."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Extent:
     """How much room a part takes left and right of its axis, and its height."""
 
@@ -27,7 +28,7 @@ class Extent:
     height: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ChartPlaces:
     """By ``id`` of the part: ``axis``; ``below`` and ``above``, where the bar of the divergence below it and
     of the convergence above it lies. ``levels``: the upper edges of levels."""

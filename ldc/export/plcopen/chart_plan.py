@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ldc.parser import sfc
+from ldc.records import record
 
 STEP, TRANSITION, JUMP, WIRE = "step", "transition", "jump", "wire"
 _LONGEST = 24
@@ -30,7 +31,7 @@ class Part:
     children: list[Part] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plan:
     """``roots``: where charts begin; ``steps`` and ``transitions`` by index; ``joined``: by kind and index,
     the wires that end at a part."""

@@ -17,13 +17,14 @@ from ldc.graph.rung import RAIL, RungGraph
 from ldc.model import elements
 from ldc.parser import ast
 from ldc.parser.unparse import expr_text
+from ldc.records import record
 
 _EDGE = {"P": "rising", "N": "falling"}
 _STORAGE = {"S": "set", "R": "reset"}
 _LABEL_HEIGHT, _ABOVE = 20, 60
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Source:
     """An output: of an element (its pin, or ""), where its wire begins, and the column of its net."""
 

@@ -4,7 +4,6 @@ ldc, columns as wide as their texts."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ldc.draw.arrange import Arrangement, arrange
 from ldc.draw.figures import Figure
@@ -12,6 +11,7 @@ from ldc.draw.labels import BlockPins, Options, text_width
 from ldc.draw.sketch import RAIL, RIGHT
 from ldc.parser import ast
 from ldc.parser.unparse import expr_text
+from ldc.records import record
 
 LINE, CHARACTER, GAP = 24, 8, 20
 SYMBOL, HALF = 21, 7
@@ -21,7 +21,7 @@ TITLE = 30
 RAIL_WIDTH = 10
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Box:
     """An element: left and upper edge, size, where its power wires lie, and the columns of its nets.
     ``rows``: how far below the power wire each row of pins is. ``local``: it begins at a rail of its own."""
@@ -41,7 +41,7 @@ class Box:
         return self.x + self.width
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Places:
     """Boxes by ``id`` of the node; ``width`` up to the right rail; ``height``: what the rung takes."""
 

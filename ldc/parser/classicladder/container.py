@@ -6,13 +6,14 @@ import re
 from dataclasses import dataclass, field
 
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 MAX_LINES = 500_000
 _INTEGER = re.compile(r"\s*(-?\d{1,9})\s*\Z", re.ASCII)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Line:
     text: str
     span: Span

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from ldc.parser.classicladder.container import Part
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 MAX_SIDE = 32
@@ -24,7 +25,7 @@ WIDTHS = {TIMER: 2, MONOSTABLE: 2, COUNTER: 2, TIMER_IEC: 2, COMPARE: 3, OPERATE
 """Cells from the left end of an element to the one that it is written in; others have one."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cell:
     type: int
     top: bool

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from ldc.parser.classicladder.container import Line, Part
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 BASES = (60_000, 1_000, 100)
@@ -17,7 +18,7 @@ _NUMBERED = re.compile(r"(\d{4}),(.*)\Z", re.DOTALL)
 _CONDITION = re.compile(r"C(\d{1,4}),\d+,(\d{1,4})/(\d{1,6})\s*\Z")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Preset:
     """Of a timer or counter: ``base`` in milliseconds, ``preset`` in units of it, ``mode`` (IEC)."""
 
@@ -27,7 +28,7 @@ class Preset:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Section:
     """``subroutine`` is -1 for a main section; ``first`` and ``last`` are rungs."""
 
@@ -41,7 +42,7 @@ class Section:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """``number`` is what %X is called by."""
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from ldc.parser import ast, fragments
 from ldc.parser.classicladder.settings import Preset, Settings
 from ldc.parser.foreign import Names, Reading, stored
+from ldc.records import record
 from ldc.source import Span
 
 PACKAGE = "ldc.parser.classicladder"
@@ -41,7 +42,7 @@ _COUNT = 251
 BLOCKS = {"T": "timer", "M": "monostable", "C": "counter", "TM": "timer_iec"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """``text`` of an expression of a type; ``writable``: an expression may be stored there."""
 

@@ -24,13 +24,14 @@ from ldc.parser.l5x.values import Value, convert
 from ldc.parser.l5x.writer import Context, Writer
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.texts import prose
+from ldc.records import record
 from ldc.source import Span
 
 SELF = "self"
 _SCANS = {"Prescan": "ExecutePrescan", "Postscan": "ExecutePostscan"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parameter:
     """``usage``: Input, Output or InOut; ``pin``: what the FUNCTION calls it."""
 

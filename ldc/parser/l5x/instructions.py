@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ldc.parser import ast
 from ldc.parser.l5x import bits, compute, control, files, loops, process, texts, timing
 from ldc.parser.l5x.neutral import Instruction
+from ldc.records import record
 
 if TYPE_CHECKING:
     from ldc.parser.l5x.writer import Writer
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Write = Callable[["Writer", Instruction], list[ast.Item]]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Row:
     """``least`` to ``most`` operands; ``most`` None: any number."""
 

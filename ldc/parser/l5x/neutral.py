@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 MAX_DEPTH, MAX_ELEMENTS = 100, 20_000
@@ -13,7 +14,7 @@ _TOKEN = re.compile(r"\s*([A-Za-z_]\w*|[\[\],;(]|\S)")
 _IN_OPERANDS = re.compile(r"[()\[\],]|'(?:[^'$]|\$.)*'|'")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instruction:
     """``name`` in capitals; ``operands``: their texts, without the space around them."""
 
@@ -22,7 +23,7 @@ class Instruction:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Branch:
     levels: tuple[tuple[Element, ...], ...]
     span: Span

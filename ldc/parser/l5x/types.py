@@ -8,26 +8,27 @@ from dataclasses import dataclass, field
 from ldc.parser import ast
 from ldc.parser.foreign import Names
 from ldc.parser.plcopen.document import Node
+from ldc.records import record
 from ldc.source import Span
 
 MAX_ELEMENTS, MAX_DEPTH = 1_000_000, 30
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Atom:
     """``name``: BOOL SINT INT DINT LINT USINT UINT UDINT ULINT REAL LREAL TIME, as in IEC 61131-3."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Text:
     """A string of up to ``length`` bytes."""
 
     length: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Array:
     """Indexes of every dimension begin at 0. ``element`` None: a type that the file does not tell."""
 
@@ -35,7 +36,7 @@ class Array:
     element: Type | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Member:
     """``data`` holds the value that it has at the start; ``alias``: another name for this place in
     the same structure."""

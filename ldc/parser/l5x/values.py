@@ -7,19 +7,19 @@ conversions).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
 
 from ldc.parser import ast
 from ldc.parser.l5x.types import (
     BOOL, DINT, LINT, LREAL, REAL, WIDTHS, Atom, Text, Type, is_integer, is_real,
 )
+from ldc.records import record
 from ldc.source import Span
 
 _BITS = {8: "BYTE", 16: "WORD", 32: "DWORD", 64: "LWORD"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Value:
     """``expr`` reads it. ``type`` None: not known (nobody declared it; the model tells).
 

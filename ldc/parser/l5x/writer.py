@@ -19,6 +19,7 @@ from ldc.parser.l5x.scope import Externals, Globals, Scope
 from ldc.parser.l5x.support import Support
 from ldc.parser.l5x.types import BOOL, Structure, Type, Types, is_structure
 from ldc.parser.l5x.values import Value, boolean, convert, negated
+from ldc.records import record
 from ldc.source import Span
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Context:
     made: list[ast.Pou] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Drawn:
     """A rung as it was written."""
 

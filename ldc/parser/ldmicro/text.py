@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 MAX_LINES, MAX_DEPTH, MAX_RUNGS = 200_000, 40, 20_000
@@ -20,7 +21,7 @@ _PIN = re.compile(r"(\S+)\s+at\s+(-?\d+)")
 _SIZE = re.compile(r"(\d+)\s+(?:signed\s+|unsigned\s+)?bytes?\s+(\S+)")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """An instruction: ``word`` and its operands ``args``; ``rest`` is the text behind the word."""
 

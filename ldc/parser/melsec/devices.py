@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.melsec.lines import Operand
+from ldc.records import record
 from ldc.source import Span
 
 _DEVICE = re.compile(r"([XYMSTCDLVZ])(\d{1,6})\Z")
@@ -25,7 +26,7 @@ BITS = frozenset("XYMSTCL")
 WORDS = frozenset("DVZTC")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Device:
     """``number``: counted in eights for X and Y, as the controller does, here as a number."""
 

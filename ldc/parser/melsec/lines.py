@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from ldc.parser.foreign import Reading
+from ldc.records import record
 from ldc.source import Span
 
 MAX_INSTRUCTIONS = 500_000
@@ -17,7 +17,7 @@ _LINE = re.compile(
 _OPERAND = re.compile(r"[^\s,]+")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Operand:
     """``text`` in capitals."""
 
@@ -25,7 +25,7 @@ class Operand:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instruction:
     """``name`` in capitals; ``above``: comments in the lines directly above it."""
 
@@ -35,7 +35,7 @@ class Instruction:
     above: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Comment:
     """``alone``: on a line without an instruction."""
 

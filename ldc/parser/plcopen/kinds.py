@@ -8,10 +8,10 @@ not fit (DINT to INT) is left as it is, and is an error.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from ldc.library import functions
 from ldc.parser import ast
+from ldc.records import record
 from ldc.types import ELEMENTARY, Elementary
 
 NUMBERS = {name: type_ for name, type_ in ELEMENTARY.items()
@@ -25,7 +25,7 @@ OPERATORS = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "GT", "GE", "EQ", "LE"
 COMPARISONS = frozenset(("=", "<>", "<", ">", "<=", ">="))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Kind:
     """The type of a value; ``bits``: of the largest operand that it comes from, what a mix was computed in
     may be larger."""

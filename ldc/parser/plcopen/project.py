@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -33,6 +33,7 @@ from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.statements import StatementBody
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.types import Elementary
 
@@ -121,7 +122,7 @@ def _instances(
     return tuple(found), tuple(interface.var_block(node, diagnostics) for node in loose)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Head:
     """A POU without its body."""
 
