@@ -182,9 +182,10 @@ LIMITS_OF_THIS = """\
 The parameters of the regime `machine` were chosen so that the errors come out in the size of the paper's
 table. That they do is calibration, not evidence, for the plant or for the controller.
 
-In that regime the spread of the valve's delay decides. A controller that looks each millisecond is hardly
-better there than one that looks each 10 ms, so such a table cannot tell good controllers from others; what
-shows the slave's pace is the regime `controller-limited`.
+In that regime the spread of the valve's delay decides. A controller that looks each millisecond is only a
+little better there than one that looks each 10 ms, so such a table can hardly tell controllers apart; what
+shows the slave's pace is the regime `controller-limited`. The hold phase is the same in all: no axis is
+controlled in it.
 
 The paper's figures come without a spread. Read as amounts of normal errors in 100 cycles each, 0.20 and
 0.24 mm for the switch-over are not different (z = 1.7), 0.14 and 0.11 mm for the hold end are (z = 2.2, and
