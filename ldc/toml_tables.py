@@ -6,7 +6,7 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 import msgspec
 from msgspec import Struct
@@ -66,11 +66,11 @@ class Tables:
         found = (self.record((*path, number), item, kind) for number, item in enumerate(data))
         return tuple(item for item in found if item is not None)
 
-    def record(self, path: Path, item: Any, kind: type[T]) -> T | None:
-        """An item of a list, at `path`, as a `kind`; None when it is no table."""
+    def record(self, path: Path, item: Any, kind: type[T], help: str = "write { name = ..., type = ... }") -> T | None:
+        """An item of a list, at `path`, as a `kind`; None when it is no table. ``help``: what to write."""
         if isinstance(item, dict):
             return self._checked(path, item, kind)
-        self.wrong(path, f"an item of `{_dotted(path)}` must be a table", "write { name = ..., type = ... }")
+        self.wrong(path, f"an item of `{_dotted(path)}` must be a table", help)
         return None
 
     def has(self, section: str) -> bool:
@@ -102,7 +102,8 @@ class Tables:
         try:
             return msgspec.convert(value, kind)
         except msgspec.ValidationError as error:
-            self.wrong(path, f"`{_dotted(path)}`{_explain(str(error), value)}")
+            choices = " or ".join(f'"{one}"' for one in _choices(kind))
+            self.wrong(path, f"`{_dotted(path)}`{_explain(str(error), value)}", choices and f"write {choices}")
             return None
 
     def wrong(self, path: Path, message: str, help: str = "", label: str = "") -> None:
@@ -156,6 +157,13 @@ def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] |
         help="a text stands in quotes, a list in brackets, a table begins with [name]",
     )
     return None
+
+
+def _choices(kind: Any) -> tuple[str, ...]:
+    """What a Literal allows, with or without None; nothing for other types."""
+    if get_origin(kind) is Literal:
+        return get_args(kind)
+    return tuple(one for part in get_args(kind) for one in _choices(part))
 
 
 def _explain(error: str, value: Any) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ldc.library import text as literals
 from ldc.library.values import to_real
 from ldc.types import BOOL, Elementary, Enum, String, Subrange, Type, storage
@@ -32,6 +34,8 @@ def parse(text: str, type_: Type):
             value = round(number * 1_000_000)
     if value is None:
         raise ValueError(f"`{text}` is no value of {type_} ({_example(base)})")
+    if base.kind == "real" and math.isinf(value) and "inf" not in plain.lower():
+        raise ValueError(f"`{text}` is too large for {type_}")  # as the compiler says it of a literal
     if isinstance(type_, Subrange) and not type_.low <= value <= type_.high:
         raise ValueError(f"{value} is outside {type_.low}..{type_.high}")
     return value

@@ -167,6 +167,7 @@ def test_a_plant_is_found_beside_the_project(program) -> None:
     ('[sequence]\nsteps = [{ module = "clamp", parameters = { start = true } }]', ["LD0616"]),
     ('[sequence]\nsteps = [{ module = "clamp", parameters = { label = "x" } }]', ["LD0616"]),
     ('[sequence]\nsteps = [{ module = "clamp", parameters = { stroke = nan } }]', ["LD0616"]),
+    ('[sequence]\nsteps = [{ module = "clamp", parameters = { stroke = 1e300 } }]', ["LD0616"]),
     ('[[sequence.steps]]\nmodule = "clamp"\n[[sequence.steps]]\nmodule = "press"', ["LD0614"]),
     ('[messages.a]\nfrom = "auto"\nto = ["lamps"]', ["LD0615"]),
     ('[messages.a]\nfrom = "auto"\nto = [{ module = "inject", data = "big" }]', ["LD0618"]),
@@ -185,6 +186,25 @@ def test_a_plant_is_found_beside_the_project(program) -> None:
 ])
 def test_what_does_not_fit_is_told(program, toml: str, codes: list[str]) -> None:
     assert resolved(program, toml)[1] == codes
+
+
+@pytest.mark.parametrize(("toml", "said"), [
+    ('[sequence]\nsteps = [5]', 'write "clamp" or { module = "clamp", until = "closed" }'),
+    ('[messages.a]\nto = [5]', 'write "inject" or { module = "inject", flag = "on_clamped" }'),
+    ('[messages.a]\nclass = "sys"', 'write "user" or "system"'),
+    ('[messages.a]\npolicy = "wait"', 'write "queue" or "overwrite" or "reject"'),
+])
+def test_help_says_what_to_write(program, toml: str, said: str) -> None:
+    bag = Diagnostics()
+    loaded(toml, program.folder, bag)
+    assert [(d.code, d.help) for d in bag] == [("LD0612", said)]
+
+
+def test_a_parameter_is_shown_as_it_is_written(program) -> None:
+    bag = Diagnostics()
+    manifest = loaded('[sequence]\nsteps = [{ module = "clamp", parameters = { stroke = true } }]', program.folder, bag)
+    coordination(program.of(manifest), bag)
+    assert [d.message for d in bag] == ["`stroke` of module `clamp` cannot be `true`"]
 
 
 def test_limits(program) -> None:

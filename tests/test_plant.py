@@ -65,11 +65,11 @@ def project(folder: Path, step: str = "1ms") -> Path:
 
 
 @pytest.mark.parametrize("engine", ["vm", "native"])
-def test_inputs_and_outputs_of_the_master_are_copied_at_the_boundaries_of_scans(tmp_path: Path, engine: str) -> None:
+def test_inputs_and_outputs_of_the_master_are_copied_between_scans(tmp_path: Path, engine: str) -> None:
     run = Run(project(tmp_path), engine, ("valve", "level", "speed", "full")).scans(6)
-    # What the plant wrote before an instant is what the scan of that instant sees; the first scan opens the valve.
-    assert run.rows == [[True, 0, 1, False], [True, 10, 11, False], [True, 20, 21, False], [False, 30, 21, True],
-                        [False, 30, 21, True], [False, 30, 21, True]]
+    # A scan sees what the plant wrote until that instant; the first one opens the valve.
+    assert run.rows == [[True, 0, 1, False], [True, 10, 11, False], [True, 20, 21, False],
+                        [False, 30, 21, True], [False, 30, 21, True], [False, 30, 21, True]]
 
 
 def test_the_plant_has_a_step_of_its_own(tmp_path: Path) -> None:
@@ -93,3 +93,10 @@ def test_what_units_do_is_written_as_csv(tmp_path: Path, capfd: pytest.CaptureFi
     assert rows[:2] == ["t_ms,processor,unit,index,detail", "0,master,C.LOGIC,0,"]
     assert "10,master,C.SEND,1,START" in rows and "10,slave1,A.START,1," in rows
     assert "61,slave1,A.EXEC,1," in rows
+
+
+def test_a_plant_that_exits_is_told_at_its_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = project(tmp_path)
+    (folder / "plant.py").write_text(PLANT.replace("self.full(self.tank.level >= self.most)", "raise SystemExit(3)"))
+    assert main(["run", str(folder), "--scans", "6"]) == 1
+    assert "LD0842" in (said := capfd.readouterr().err) and "plant.py:17" in said, said

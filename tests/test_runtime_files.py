@@ -160,6 +160,8 @@ def test_values_are_read(text: str, type_: str, value) -> None:
         ("T#", "TIME"),
         ("1e30", "TIME"),
         ("1,5", "REAL"),
+        ("1e39", "REAL"),
+        ("1e999", "LREAL"),
         ("D#2025-02-30", "DATE"),
         ("'$q'", "STRING"),
         ("€", "STRING"),

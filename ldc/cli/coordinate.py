@@ -183,12 +183,13 @@ class _Check:
                                             "no VAR_INPUT that holds a number",
                                             f"parameters of `{module.name}`: {listed}")
                 continue
+            written = str(value).lower() if isinstance(value, bool) else str(value)  # as TOML has it
             try:
                 if isinstance(value, float) and math.isnan(value):
                     raise ValueError("this is no number")
-                made = values.parse(str(value), parameter.type)
+                made = values.parse(written, parameter.type)
             except ValueError as error:
-                self.findings.bad_parameter(span, f"`{name}` of module `{module.name}` cannot be `{value}`",
+                self.findings.bad_parameter(span, f"`{name}` of module `{module.name}` cannot be `{written}`",
                                             str(error), f"it is declared as {parameter.type}")
                 continue
             parameters.append((parameter, made))

@@ -24,8 +24,8 @@ _MODULE = "ldc_plant"
 
 
 class Plant:
-    """The plant of a project. ``step`` raises Invalid when it fails. Raises Invalid when the file is no Python, has
-    no class `Plant`, or that cannot be made (LD0840 to LD0843)."""
+    """The plant of a project. ``step`` raises Invalid when it fails. Raises Invalid when the file is no
+    Python, has no class `Plant`, or that cannot be made (LD0840 to LD0843)."""
 
     def __init__(self, setting: Setting, field: Field) -> None:
         diagnostics = Diagnostics()
@@ -36,7 +36,8 @@ class Plant:
         made = self._guarded("cannot be loaded", self._load)
         kind = getattr(made, "Plant", None)
         if not isinstance(kind, type) or not callable(getattr(kind, "step", None)):
-            diagnostics.error("LD0841", f"the plant `{self._source.path}` has no class `Plant` with a method `step`",
+            diagnostics.error("LD0841",
+                              f"the plant `{self._source.path}` has no class `Plant` with a method `step`",
                               self._source.line_span(1),
                               help="class Plant: def __init__(self, field, parameters, seed), "
                               "def step(self, now_ns, dt_ns)")
@@ -57,7 +58,7 @@ class Plant:
         """One step of the simulation."""
         try:
             self._step(now_ns, dt_ns)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._fails(error, f"fails at {milliseconds(now_ns)} ms")
 
     def _load(self) -> ModuleType:
@@ -79,9 +80,10 @@ class Plant:
         diagnostics = Diagnostics()
         span = self._span(error)
         if isinstance(error, UnknownPoint):
-            diagnostics.error("LD0843", f"the plant asks for what is not there: {error}", span, "asked for here",
-                              help="points are the local pins of algorithms, as `clamp.axis.speed_out`, and located "
-                              "inputs and outputs of the master")
+            diagnostics.error("LD0843", f"the plant asks for what is not there: {error}", span,
+                              "asked for here",
+                              help="points are the local pins of algorithms, as `clamp.axis.speed_out`, and "
+                              "located inputs and outputs of the master")
         else:
             said = "".join(traceback.format_exception_only(error)).strip().splitlines()[-1]
             diagnostics.error("LD0840" if what.startswith("cannot") else "LD0842",
