@@ -160,7 +160,8 @@ def _sequence(tables: Tables) -> SequenceSetting:
     steps = []
     for number, item in enumerate(table.steps):
         key = ("sequence", "steps", number)
-        step = tables.record(key, {"module": item} if isinstance(item, str) else item, StepTable)
+        step = tables.record(key, {"module": item} if isinstance(item, str) else item, StepTable,
+                             'write "clamp" or { module = "clamp", until = "closed" }')
         if step is None:
             continue
         if not step.module:
@@ -175,7 +176,8 @@ def _message(tables: Tables, name: str) -> MessageSetting:
     to = []
     for number, item in enumerate(table.to):
         key = (*path, "to", number)
-        one = tables.record(key, {"module": item} if isinstance(item, str) else item, SubscriberTable)
+        one = tables.record(key, {"module": item} if isinstance(item, str) else item, SubscriberTable,
+                            'write "inject" or { module = "inject", flag = "on_clamped" }')
         if one is None:
             continue
         if not one.module:
