@@ -38,8 +38,12 @@ class Forces:
     """The forces of one machine, in the order in which they were set; ``rows`` is empty without any."""
 
     def __init__(self, machine: Machine) -> None:
-        self._machine = machine
+        self._machine: Machine | None = machine
         self.rows: list[Force] = []
+
+    def close(self) -> None:
+        """The machine is given up: it and its forces hold each other no more."""
+        self._machine = None
 
     def add(self, path: str, text: str) -> Force:
         """Holds a variable from now on; a force that it has already gets the new value. Between two scans.

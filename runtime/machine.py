@@ -309,7 +309,11 @@ class Machine:
         self.faults[:], self._safe[:] = kept.faults, kept.safe
 
     def close(self) -> None:
-        """Gives up what the engine holds of the system; the machine is not run any more."""
+        """Gives up what the engine holds of the system, and what holds the machine itself: its memory is free
+        when nobody else knows it. It is not run any more."""
+        self.forces.close()
+        for schedule in self.schedules:
+            schedule.single = None
 
     def take_over(self, other: Machine) -> None:
         """Goes on where another machine stands between two scans; variables were copied before.

@@ -41,6 +41,7 @@ class Machine(InBlock):
         return layout
 
     def close(self) -> None:
+        InBlock.close(self)
         self.library.close()
 
     # ---- of the engine ---------------------------------------------------------------------------

@@ -42,7 +42,7 @@ def moves(old: Machine, new: Machine, there: Plan, back: Plan) -> Moves:
         to.mirror(fro)
         fro.mirror(to)
         to.ahead()
-        return Moves(_move(old, new, there, to, fresh), _move(new, old, back, fro))
+        return Moves(_move(old, new, there, to, fresh, fro.same), _move(new, old, back, fro, after=to.same))
     if isinstance(old, InBlock) and isinstance(new, InBlock):
         initial = bytes(new.memory)
 
@@ -54,13 +54,15 @@ def moves(old: Machine, new: Machine, there: Plan, back: Plan) -> Moves:
     raise TypeError("state moves between machines of one engine")
 
 
-def _move(old: Machine, new: Machine, plan: Plan, whole: Move, fresh: Move = lambda: None) -> Move:
+def _move(old: Machine, new: Machine, plan: Plan, whole: Move, fresh: Move = lambda: None,
+          after: Move = lambda: None) -> Move:
     parts, quiet = plan.parts, plan.quiet
 
     def move() -> None:
         old.latch()
         fresh()
         whole()
+        after()
         for was, symbol in parts:
             new.assign(symbol, old.value(was))
         for symbol, value in quiet:
@@ -91,12 +93,10 @@ class _Cells:
         self._kept = [name in first for name in self._source]
         self._before: list[object] = [_NEVER] * len(self.pairs)
         self._odd: list[int] = []
-        self._mirror: _Cells | None = None
 
     def mirror(self, other: _Cells) -> None:
         """``other`` goes the other way: when it has copied, both sides have the same, except for what does
         not go there and back between the same two names."""
-        self._mirror = other
         known = {(name, to) for to, name in other.pairs}
         self._odd = [number for number, pair in enumerate(self.pairs) if pair not in known]
 
@@ -114,7 +114,6 @@ class _Cells:
             target[to] = source[name]
         for home, to in self._others:
             memory.write(target, to, memory.read(source, home))
-        self._mirror.same()
 
     def same(self) -> None:
         """Both sides have the same now, and the source runs from now on."""
