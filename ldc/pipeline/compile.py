@@ -5,13 +5,13 @@ A rung is the unit of work: built, checked, reduced, lowered and proved on its o
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
 from ldc import types
+from ldc.collector import resting
 from ldc.components import find, pace
 from ldc.components import project as components
 from ldc.diagnostics import Diagnostics
@@ -57,14 +57,12 @@ def compile_project(sources: Sources, options: Options = Options(),
 @contextmanager
 def _deep_and_busy() -> Iterator[None]:
     """Deep recursion allowed; the collector is kept from walking the growing, acyclic results."""
-    limit, collects = sys.getrecursionlimit(), gc.isenabled()
+    limit = sys.getrecursionlimit()
     sys.setrecursionlimit(max(limit, _RECURSION))
-    gc.disable()
     try:
-        yield
+        with resting():
+            yield
     finally:
-        if collects:
-            gc.enable()
         sys.setrecursionlimit(limit)
 
 
