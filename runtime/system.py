@@ -1,9 +1,9 @@
-"""Master, slaves and plant in virtual time: a whole controller on one computer (SPEC 6.1, docs/multiprocessor.md).
+"""Master, slaves and plant in virtual time: a whole controller on one computer (SPEC 6.1,
+docs/multiprocessor.md).
 
-One scan of the master takes its period of virtual time, in which the slaves execute at theirs. What happens in
-an instant: the plant steps; the master; the slaves by number; who has written flags of P wakes the one who reads
-them. What has nothing to do is not activated: a slave whose algorithms rest costs nothing.
-"""
+One scan of the master takes its period of virtual time, in which the slaves execute at theirs. What happens
+in an instant: the plant steps; the master; the slaves by number; who has written flags of P wakes the one who
+reads them. What has nothing to do is not activated: a slave whose algorithms rest costs nothing. """
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ldc.il.areas import areas
-from ldc.il.coordination import Coordination
+from ldc.il.coordination import Coordination, paths
 from ldc.il.placement import NoRoom, Placed, placed, points, same_body
 from runtime.cost import Cost
 from runtime.faults import Fault
@@ -33,8 +33,9 @@ from runtime.timing import Executions
 from runtime.units import UnitEvent
 
 class Plant(Protocol):
-    """What is simulated around the controller. It knows nothing but the field and the time, in ns. One that has a
-    method ``connect(field)`` is given the field of each program that takes over: the same words, other points."""
+    """What is simulated around the controller. It knows nothing but the field and the time, in ns. One that
+    has a method ``connect(field)`` is given the field of each program that takes over: the same words, other
+    points."""
 
     def step(self, now_ns: int, dt_ns: int) -> None: ...
 
@@ -58,8 +59,9 @@ class _Slave:
 
 @dataclass(frozen=True, slots=True)
 class _Deployed:
-    """What a program means for the parts: its algorithms in their places and how they are made, how modules work
-    together, the points of the field. ``stays``: paths of the algorithms that go on from the program before."""
+    """What a program means for the parts: its algorithms in their places and how they are made, how modules
+    work together, the points of the field. ``stays``: paths of the algorithms that go on from the program
+    before."""
 
     machine: Machine
     placed: tuple[Placed, ...]
@@ -91,14 +93,15 @@ def _from(before: _Deployed, after: _Deployed) -> _Deployed:
 
 
 class System:
-    """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made; ``slaves``:
-    numbers of slaves that are there though they have none. ``events``:
-    what units did; ``log``: of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots,
-    accesses to shared memory, what slaves took and executed. The time is that of the master's machine.
-    ``cost``: what the code of the master takes, None: no time; ``watchdogs``: of its tasks, as of Executions."""
+    """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made;
+    ``slaves``: numbers of slaves that are there though they have none. ``events``: what units did; ``log``:
+    of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots, accesses to shared
+    memory, what slaves took and executed. The time is that of the master's machine. ``cost``: what the code
+    of the master takes, None: no time; ``watchdogs``: of its tasks, as of Executions."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
-                 coordination: Coordination, field: Field, *, slaves: Iterable[int] = (), plant: Plant | None = None,
+                 coordination: Coordination, field: Field, *, slaves: Iterable[int] = (),
+                 plant: Plant | None = None,
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
                  events: Events | None = None, log: MutableSequence[Entry] | None = None,
                  seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
@@ -157,12 +160,12 @@ class System:
                 after.makers[p.unit.upper()](p, after.field)  # loads and declares what it needs, once
             for pin in (*p.parameters, *p.feedback[:-1]):
                 coming.machine.symbols.find(f"{p.path}.{pin.variable}")
-        MasterPart.paths(coming.machine, coming.together)
+        coming.machine.find(paths(coming.together))
         self._ready[True] = after
 
     def follow(self) -> None:
-        """Goes on with the program that the controller runs now, if it is another one: between two scans, or in
-        one that a fault has ended. Algorithms that are in both go on executing."""
+        """Goes on with the program that the controller runs now, if it is another one: between two scans, or
+        in one that a fault has ended. Algorithms that are in both go on executing."""
         running = self.master.runner.running
         if running.machine is self.machine:
             return
@@ -260,7 +263,8 @@ class System:
             self.machine.end()
 
     def _instant(self, now: int) -> None:
-        """Everything that happens at one moment; the scheduler is asked only when it has threads to execute."""
+        """Everything that happens at one moment; the scheduler is asked only when it has threads to
+        execute."""
         scheduler = self._scheduler
         if self._plant is not None and self._plant_due <= now:
             self._plant.step(self._began + now, self._plant_ns)
@@ -310,8 +314,8 @@ class _Flags:
         return self._changed("s", number, self._slave[number])
 
     def raised(self, number: int, to_slave: bool) -> list[int]:
-        """The slots of a direction of which a flag is 1: those of its sender on one side, of its receiver on the
-        other."""
+        """The slots of a direction of which a flag is 1: those of its sender on one side, of its receiver on
+        the other."""
         master, slave = self._master[number].cast("I"), self._slave[number].cast("I")
         sender, receiver = (master, slave) if to_slave else (slave, master)
         flags = sender[0] | sender[1] | sender[6] | receiver[2] | receiver[3] | receiver[4]

@@ -126,9 +126,11 @@ def modules(folder: Path, toml: str, slaves: int = 2) -> Path:
 
 
 class Run:
-    """A project that runs: ``trace`` for the invariants, ``events`` of units, ``rows`` of watched variables."""
+    """A project that runs: ``trace`` for the invariants, ``events`` of units, ``rows`` of watched
+    variables."""
 
-    def __init__(self, folder: Path, engine: str = "vm", watch: tuple[str, ...] = (), seen: bool = True) -> None:
+    def __init__(self, folder: Path, engine: str = "vm", watch: tuple[str, ...] = (),
+                 seen: bool = True) -> None:
         self.result = pipeline.compile_paths([str(folder)])
         assert not self.result.diagnostics.has_errors, list(self.result.diagnostics)
         bindings = native_code(self.result)

@@ -1,5 +1,5 @@
-"""Master and slaves in virtual time: cases one and two of the papers, faults, emergency, the same bytes each time
-(SPEC 2.5, 5, 6.3)."""
+"""Master and slaves in virtual time: cases one and two of the papers, faults, emergency, the same bytes each
+time (SPEC 2.5, 5, 6.3)."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_vm_and_native_and_another_run_give_the_same(tmp_path: Path) -> None:
 
 
 @ENGINES
-def test_an_emergency_ends_everything_within_a_period_and_a_reset_leads_back(tmp_path: Path, engine: str) -> None:
+def test_an_emergency_ends_everything_in_a_period_and_a_reset_leads_back(tmp_path: Path, engine: str) -> None:
     run = Run(modules(tmp_path, ONE), engine, WATCH).scans(2).scans(8, go=True)
     assert run.get("%QX0.1") and run.system.slaves[0].executing
     moved = run.get("first.axis.position")
@@ -84,7 +84,8 @@ def test_a_slave_that_does_not_answer_ends_its_module_and_no_other(tmp_path: Pat
     """T_ack, retries, P_FAULT; outputs of that module safe; the others run on; a reset leads back."""
     toml = ('[sequence]\nrepeat = false\nstart = "go"\nsteps = ["first"]\n'
             '[messages.half]\nfrom = "first.half"\nto = ["second"]\n'
-            '[messages.P_FAULT]\nclass = "system"\nto = [{ module = "third", flag = "fault", data = "what" }]\n'
+            '[messages.P_FAULT]\nclass = "system"\n'
+            'to = [{ module = "third", flag = "fault", data = "what" }]\n'
             '[safe]\n"%QX0.1" = true\n' + SAFETY)
     folder = modules(tmp_path, toml, slaves=3)
     third = folder / "third.ld"
@@ -146,13 +147,17 @@ def test_a_fault_of_il_on_a_slave_ends_all_that_it_executes(tmp_path: Path) -> N
     """The slave is in `serror`; the module of the other algorithm, which was not told, stands too."""
     folder = modules(tmp_path, '[safety]\nreset = "reset"\n', slaves=1)
     (folder / "divider.ldc.toml").write_text(systems.DIVIDER)
-    (folder / "divider.st").write_text("FUNCTION_BLOCK DIVIDER\npart := 100 / share; count := count + 1;\nEND_FUNCTION_BLOCK\n")
-    (folder / "ldc.toml").write_text((folder / "ldc.toml").read_text().replace('"first"]', '"first", "parts"]'))
+    (folder / "divider.st").write_text(
+        "FUNCTION_BLOCK DIVIDER\npart := 100 / share; count := count + 1;\nEND_FUNCTION_BLOCK\n")
+    manifest = folder / "ldc.toml"
+    manifest.write_text(manifest.read_text().replace('"first"]', '"first", "parts"]'))
     (folder / "parts.ld").write_text(
-        "PROGRAM parts\nVAR\n    share : DINT := 5;\n    one : DIVIDER;\n    lamp AT %QX1.0 : BOOL;\nEND_VAR\n"
-        "VAR_EXTERNAL\n    go : BOOL;\nEND_VAR\nRUNG\n    [go] <one: DIVIDER(share := share)> (lamp)\nEND_PROGRAM\n")
+        "PROGRAM parts\nVAR\n    share : DINT := 5;\n    one : DIVIDER;\n    lamp AT %QX1.0 : BOOL;\n"
+        "END_VAR\nVAR_EXTERNAL\n    go : BOOL;\nEND_VAR\n"
+        "RUNG\n    [go] <one: DIVIDER(share := share)> (lamp)\nEND_PROGRAM\n")
     first = folder / "first.ld"
-    first.write_text(first.read_text().replace("VAR\n    valve", "VAR_EXTERNAL\n    go : BOOL;\nEND_VAR\nVAR\n    valve")
+    external = "VAR_EXTERNAL\n    go : BOOL;\nEND_VAR\nVAR\n    valve"
+    first.write_text(first.read_text().replace("VAR\n    valve", external)
                      .replace("[start]", "[go]").replace("[/start]", "[/go]").replace("    start  : BOOL;\n", ""))
     run = Run(folder).scans(2).scans(5, go=True)
     assert run.get("parts.one.part") == 20 and run.get("%QX1.0") and run.system.slaves[0].executing == 0b11

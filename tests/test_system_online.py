@@ -1,4 +1,5 @@
-"""A system whose program is changed while it runs: algorithms and modules that stay go on, what comes joins."""
+"""A system whose program is changed while it runs: algorithms and modules that stay go on, what comes
+joins."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def loaded(folder: Path, engine: str, previous: Loaded | None = None) -> Loaded:
         machine = Native(result.program, 0, previous.machine.period_ns, native=native.loadable(made))
     together = unpack(pack(systems.together(result)), lambda path: machine.symbols.find(path).type)
     assert together == replace(systems.together(result), plant=None)
-    return Loaded(machine, result.image.data, result.image.digest, (), together, makers(result.program, bindings))
+    return Loaded(machine, result.image.data, result.image.digest, (), together,
+                  makers(result.program, bindings))
 
 
 class Online(Run):
@@ -159,7 +161,8 @@ def test_what_waits_when_the_program_changes_is_neither_lost_nor_twice(tmp_path:
 
 
 def test_a_program_that_is_expected_takes_over_as_one_that_is_not(tmp_path: Path) -> None:
-    """What is made ready beside the scans changes nothing before it takes over, and nothing of what happens then."""
+    """What is made ready beside the scans changes nothing before it takes over, and nothing of what happens
+    then."""
     rows = []
     for expects in (False, True):
         folder = tmp_path / str(expects)

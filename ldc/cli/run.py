@@ -60,7 +60,8 @@ def run(options: argparse.Namespace) -> int:
     bindings = native_code(result)
     # A crash ends the process that writes: files are given their names, or taken away, by this one.
     with _opened(options.trace) as file, _opened(options.events) as events, _interrupts(options):
-        return apart(result, bindings, lambda beat: _run(options, sources, result, beat, file, bindings, events))
+        return apart(result, bindings,
+                     lambda beat: _run(options, sources, result, beat, file, bindings, events))
 
 
 def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
@@ -117,7 +118,8 @@ def _live(options: argparse.Namespace) -> bool:
 
 
 def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Action,
-         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (), events: BinaryIO | None = None) -> int:
+         file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (),
+         events: BinaryIO | None = None) -> int:
     """All scans, and what is said at the end; ``beat`` is called before the first and after each scan.
     ``file``, ``events``: for the trace and for what units did, when they are open already; ``bindings``: the
     components in C and C++."""

@@ -42,7 +42,8 @@ Observer = Trace | ChangeLines
 
 
 def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Callable[[], None],
-        file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (), events: BinaryIO | None = None) -> int:
+        file: BinaryIO | None = None, bindings: tuple[Binding, ...] = (),
+        events: BinaryIO | None = None) -> int:
     """Scans until the asked number is over or a signal comes. ``beat`` is called after each,
     and while one is waited for. Further arguments as of an offline run."""
     sys.setswitchinterval(_SWITCH)

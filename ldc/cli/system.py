@@ -1,4 +1,5 @@
-"""What of a project makes it a system: algorithms on slaves, a sequence, messages, an emergency stop, a plant."""
+"""What of a project makes it a system: algorithms on slaves, a sequence, messages, an emergency stop, a
+plant."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ _MORE = 1 << 14
 
 @contextmanager
 def recorded(target: str | None, opened: BinaryIO | None) -> Iterator[EventFile | None]:
-    """Where events go: `-` is standard output, None nowhere. ``opened``: the file, when it is open already."""
+    """Where events go: `-` is standard output, None nowhere. ``opened``: the file, when it is open
+    already."""
     if target is None:
         yield None
     elif target == "-":
@@ -80,8 +82,8 @@ def placement(result: pipeline.Compiled) -> tuple[Placed, ...]:
 def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tuple[Binding, ...],
            events: Events | None = None, seen: Callable[[Entry], None] | None = None,
            cost: Cost | None = None, watchdogs: Mapping[str, int] | None = None) -> System:
-    """The system of a compiled project around its master. ``seen``, ``cost``, ``watchdogs``: as of ``System``.
-    Raises Invalid."""
+    """The system of a compiled project around its master. ``seen``, ``cost``, ``watchdogs``: as of
+    ``System``. Raises Invalid."""
     algorithms, said, manifest = placement(result), together(result), result.sources.manifest
     places = points(result.program, algorithms)
     # Programs that take over online may have more points.

@@ -147,6 +147,20 @@ class Coordination:
         raise KeyError(name)
 
 
+def paths(together: Coordination) -> Iterator[str]:
+    """The variables that it names, some of them several times."""
+    for module in together.modules:
+        yield from (path for path in (module.start, module.done) if path)
+        yield from (p.path for p in module.parameters)
+    for message in together.messages:
+        yield from (path for path in (message.source, message.data) if path)
+    sequence = together.sequence
+    if sequence is not None:
+        conditions = (path for step in sequence.steps for path in (step.when, step.until))
+        yield from (path for path in (sequence.start, *conditions) if path)
+    yield from (path for path in (together.estop, together.reset) if path)
+
+
 class Full(Exception):
     """An area has no room; ``number``: of the item that did not fit."""
 

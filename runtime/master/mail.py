@@ -1,4 +1,5 @@
-"""Messages of a program in its master: what broadcasts them, and what they do to modules (SPEC 3; C.BCAST, C.MSG)."""
+"""Messages of a program in its master: what broadcasts them, and what they do to modules (SPEC 3; C.BCAST,
+C.MSG)."""
 
 from __future__ import annotations
 
@@ -39,8 +40,8 @@ class Mail:
         self._targets = {pin: find(pin) for pin in pins}
 
     def take_over(self, other: Mail) -> None:
-        """After ``bind``: goes on with what waits, when the messages are the same ones; else nothing does. What
-        is TRUE now has not risen."""
+        """After ``bind``: goes on with what waits, when the messages are the same ones; else nothing does.
+        What is TRUE now has not risen."""
         if other._all == self._all:
             return
         other.clear()

@@ -1,8 +1,8 @@
 """The modules of a program in their master: start bits, parameters, the end (SPEC 1.2, 6.2; C.START, C.END).
 
-A module with a VAR_INPUT `start` is in work from lcf = 1 until it says `done` and none of its algorithms executes.
-The logic of all modules runs in every scan, so one without `start` is in work while an algorithm of it executes.
-"""
+A module with a VAR_INPUT `start` is in work from lcf = 1 until it says `done` and none of its algorithms
+executes. The logic of all modules runs in every scan, so one without `start` is in work while an algorithm of
+it executes. """
 
 from __future__ import annotations
 
@@ -80,7 +80,8 @@ class Modules:
     def take_over(self, other: Modules) -> None:
         """Before ``bind``: modules of the same name stay in work, or stand; those that are gone do not."""
         bits = self._memory.bits
-        before = {life.module.name.upper(): (bits.test(life.word, life.mask), life.stands) for life in other.lives}
+        before = {life.module.name.upper(): (bits.test(life.word, life.mask), life.stands)
+                  for life in other.lives}
         for life in other.lives:
             bits.clear(life.word, life.mask)
         for life in self.lives:
@@ -120,8 +121,9 @@ class Modules:
                 self._memory.data.write(address, struct.pack(form, value))
 
     def started(self) -> Iterator[Life]:
-        """C.START: tells modules whose start bit has changed by `start`; those that begin. One that is started
-        again as soon as it has ended first executes once without `start`, so that its logic sees the end."""
+        """C.START: tells modules whose start bit has changed by `start`; those that begin. One that is
+        started again as soon as it has ended first executes once without `start`, so that its logic sees the
+        end."""
         for word in self._words:
             now, before = self._memory.bits.load(word) & ~self._rests[word], self._seen[word]
             self._rests[word] = 0
@@ -139,7 +141,8 @@ class Modules:
     def executes(self, proxy: Proxy) -> Life | None:
         """An algorithm begins: its module, when that has no `start` and is in work from now on."""
         for life in self.lives:
-            if life.start is None and proxy in life.proxies and not self._memory.bits.test(life.word, life.mask):
+            works = self._memory.bits.test(life.word, life.mask)
+            if life.start is None and proxy in life.proxies and not works:
                 self._memory.bits.set(life.word, life.mask)
                 self._seen[life.word] |= life.mask
                 return life
@@ -148,7 +151,8 @@ class Modules:
     # ---- end -------------------------------------------------------------------------------------
 
     def ended(self) -> Iterator[Life]:
-        """C.END: clears the start bits of modules that have ended, those without `start` by their algorithms."""
+        """C.END: clears the start bits of modules that have ended, those without `start` by their
+        algorithms."""
         done: tuple | None = None
         for word in self._words:
             working = self._memory.bits.load(word) & self._seen[word]

@@ -1,9 +1,9 @@
-"""The master of a system: one scan by its units, the communication with slaves, faults, emergency (SPEC 1 to 6).
+"""The master of a system: one scan by its units, the communication with slaves, faults, emergency (SPEC 1 to
+6).
 
-A scan: C.FEEDBACK, C.START, C.LOGIC, C.SEND, C.END, C.BCAST, C.MSG. The feedback comes first, so that the logic
-sees what communication has delivered since the scan before. Nothing here waits or knows a clock: whoever owns
-the part calls it, in virtual time or in a process of its own.
-"""
+A scan: C.FEEDBACK, C.START, C.LOGIC, C.SEND, C.END, C.BCAST, C.MSG. The feedback comes first, so that the
+logic sees what communication has delivered since the scan before. Nothing here waits or knows a clock:
+whoever owns the part calls it, in virtual time or in a process of its own. """
 
 from __future__ import annotations
 
@@ -39,14 +39,15 @@ SLAVE_FAULTS = range(800, 900)
 
 
 class MasterPart:
-    """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the units
-    as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when an
-    emergency begins, for those who reach the slaves without P; ``on_machine`` when a scan has brought another
-    machine, to call ``change``. ``wiring``: inputs and outputs that a
-    plant is wired to. ``t_ack_ns``: after which a slave counts as silent. ``state``: as SPEC 5 has it."""
+    """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the
+    units as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when
+    an emergency begins, for those who reach the slaves without P; ``on_machine`` when a scan has brought
+    another machine, to call ``change``. ``wiring``: inputs and outputs that a plant is wired to.
+    ``t_ack_ns``: after which a slave counts as silent. ``state``: as SPEC 5 has it."""
 
     def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
-                 coordination: Coordination, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
+                 coordination: Coordination, note: Callable[[UnitEvent], None] | None,
+                 now: Callable[[], int], *,
                  on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None,
                  on_machine: Callable[[], None] = lambda: None, t_ack_ns: int = T_ACK_NS) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
@@ -62,7 +63,7 @@ class MasterPart:
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
         self.customised_program: Customised | None = None
-        # Those with transfers to serve, in the order in which they began; those of each slave by its word of flags.
+        # Those with transfers to serve, as they began; those of each slave by its word of flags.
         self._open: dict[Proxy, None] = {}
         self._lines: tuple[tuple[int, list[tuple[int, Proxy]]], ...] = ()
         self._fresh: dict[int, Proxy] = {}
@@ -80,7 +81,8 @@ class MasterPart:
     def _proxy(self, placed: Placed) -> Proxy:
         return Proxy(placed, self.memory, self._periods, self._quiet)
 
-    def change(self, machine: Machine, placed: Sequence[Placed], stays: Set[str], together: Coordination) -> None:
+    def change(self, machine: Machine, placed: Sequence[Placed], stays: Set[str],
+               together: Coordination) -> None:
         """Goes on with another program (online change), between two scans of which the slaves know already.
         ``stays``: the paths of algorithms that are the same ones and go on executing."""
         known = {proxy.placed.path.upper(): proxy for proxy in self.proxies}
@@ -103,17 +105,6 @@ class MasterPart:
         self._bind(machine)
         self.mail.take_over(mail)
         self._change_sequence(together)
-
-    @staticmethod
-    def paths(machine: Machine, together: Coordination) -> None:
-        """Finds what ``change`` will ask for, which a machine remembers: beside the scans, before it takes over."""
-        sequence, steps = together.sequence, together.sequence.steps if together.sequence else ()
-        wanted = [together.estop, together.reset, sequence and sequence.start]
-        wanted += [path for step in steps for path in (step.when, step.until)]
-        wanted += [path for module in together.modules for path in (module.start, module.done)]
-        wanted += [p.path for module in together.modules for p in module.parameters]
-        wanted += [path for message in together.messages for path in (message.source, message.data)]
-        machine.find(path for path in wanted if path)
 
     def _change_sequence(self, together: Coordination) -> None:
         running = self.customised_program
@@ -162,8 +153,8 @@ class MasterPart:
         self._end()
 
     def pieces(self, execution: Callable[[Schedule, int], Iterator[int]], now_ns: int) -> Iterator[int]:
-        """One scan of code that takes time, piece by piece, and what each cost in ns. Whoever counts the scans
-        ends that of the machine. ``execution``: of a task; ``now_ns``: what timers see."""
+        """One scan of code that takes time, piece by piece, and what each cost in ns. Whoever counts the
+        scans ends that of the machine. ``execution``: of a task; ``now_ns``: what timers see."""
         self._begin()
         machine = self.machine
         for pieces in [execution(schedule, now_ns) for schedule in machine.begin()]:

@@ -43,9 +43,9 @@ class Proxy:
     """``executing``: from START until the slave has told the end (or the master has given it up). ``state``:
     AFS as it was told last, ``error`` beside it. ``fault``: why the link stands, OK while it does not.
 
-    ``quiet_scans``: after as many without a word of an algorithm that executes, it gets its parameters once more,
-    so that a slave that has died is found out. ``blocked``: nothing is started until ``renew``, and then the power has to rise anew.
-    """
+    ``quiet_scans``: after as many without a word of an algorithm that executes, it gets its parameters once
+    more, so that a slave that has died is found out. ``blocked``: nothing is started until ``renew``, and
+    then the power has to rise anew. """
 
     def __init__(self, placed: Placed, memory: Memory, ack_periods: int, quiet_scans: int) -> None:
         self.placed = placed
@@ -185,7 +185,8 @@ class Proxy:
 
     def tick(self, scrubs: bool) -> Told | None:
         """A scan has passed: what was waited for too long is given up, who is silent for too long is asked.
-        ``scrubs``: it is the turn of this one to look after flags that were disturbed while nothing is sent."""
+        ``scrubs``: it is the turn of this one to look after flags that were disturbed while nothing is
+        sent."""
         if self.executing:
             self._quiet += 1
             if self._quiet >= self._quiet_scans and not self._stops and self._command is None:

@@ -1,5 +1,5 @@
-"""Located inputs and outputs of the master that a plant is wired to: copied between field and process image at
-the boundaries of a scan."""
+"""Located inputs and outputs of the master that a plant is wired to: copied between field and process image
+at the boundaries of a scan."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from runtime.machine import Machine
 
 
 class Wiring:
-    """``points``: addresses or paths of located variables of the areas I and Q that are points of the field."""
+    """``points``: addresses or paths of located variables of the areas I and Q that are points of the
+    field."""
 
     def __init__(self, field: Field, points: Iterable[str]) -> None:
         self._field, self._points = field, tuple(points)
@@ -23,8 +24,8 @@ class Wiring:
 
     def bind(self, machine: Machine) -> None:
         """Goes on with the variables of a machine; what it does not have is wired to nothing."""
-        symbols = [(point, symbol) for point, symbol in zip(self._points, machine.known(self._points), strict=True)
-                   if symbol is not None]
+        known = zip(self._points, machine.known(self._points), strict=True)
+        symbols = [(point, symbol) for point, symbol in known if symbol is not None]
         self._machine = machine
         self._inputs = [(self._field.reader(point), s) for point, s in symbols if s.area == "I"]
         self._given = [None] * len(self._inputs)
