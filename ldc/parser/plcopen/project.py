@@ -43,11 +43,6 @@ _NOT_OURS = ("libraryBlocks",)
 """Interfaces of blocks of the editor, in additional data."""
 
 
-def is_xml(source: SourceFile) -> bool:
-    """Whether a source is XML: no text language of ours begins with ``<``."""
-    return source.text[:1] == "<" or source.text.lstrip()[:1] == "<"
-
-
 def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     """All POUs, types, global variables and configurations of the project (codes LD014x)."""
     reading = Reading(source, "PLCopen XML", diagnostics)
