@@ -120,3 +120,18 @@ def test_a_component_comes_while_the_program_runs(tmp_path, monkeypatch, capsys)
         assert main(["online", "commit"]) == 0
         assert list(Path(tmp_path).glob("*.so")) == []
         assert process.poll() is None
+
+
+@pytest.mark.parametrize("engine", ["vm", "native"])
+def test_code_of_a_slave_alone_is_exchanged(tmp_path, monkeypatch, engine) -> None:
+    """The master's native code calls no component then, and has no place to bind one."""
+    body = BODY.replace("        PLC_D(seen) = state->total;\n", "")
+    paced = DESCRIPTOR + 'processor = "slave1"\nperiod_us = 1000\n'
+    project(tmp_path, paced, body)
+    with (tmp_path / "ldc.toml").open("a") as file:
+        file.write('modules = ["main"]\n[processors]\nmaster = "master"\nslave1 = "slave"\n')
+    monkeypatch.chdir(tmp_path)
+    with running(["run", ".", "--online", "--engine", engine, "--watch", "lit"], monkeypatch):
+        (tmp_path / "counter.c").write_text(body.replace("+ in->width)", "- in->width)"))
+        for action in ("stage", "test", "commit"):
+            assert main(["online", action]) == 0

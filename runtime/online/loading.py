@@ -95,7 +95,9 @@ def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Pa
         path = _placed(message.library, folder, files)
         memory = block.make(program, image.layout, number, message.areas)
         parts = tuple((name, tuple(firsts)) for name, firsts in message.parts)
-        return Native(program, number, period, native=Code(path, memory, parts, bindings)), algorithms
+        called = {unit.name.upper() for unit in memory.program.units if unit.external is not None}
+        bound = tuple(b for b in bindings if b.unit.upper() in called)  # slaves have theirs by themselves
+        return Native(program, number, period, native=Code(path, memory, parts, bound)), algorithms
 
 
 def _bindings(message: Stage, program: Program, folder: Path, files: ExitStack) -> tuple[Binding, ...]:
