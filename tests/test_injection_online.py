@@ -99,7 +99,7 @@ def test_the_ejector_is_inserted_while_the_machine_cycles(folders: tuple[Path, P
 
 
 @pytest.mark.parametrize("file, old, new, code", [
-    ("ejector.ld", "goal     : REAL", "goal     : BOOL", "LD0"),
+    ("ejector.ld", "goal      : REAL", "goal      : BOOL", "LD0"),
     ("control.ld", "CTU", "CTU_DINT", "LD0820"),
 ])
 def test_an_invalid_program_is_refused_and_the_machine_runs_on(
