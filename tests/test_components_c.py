@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -276,3 +277,43 @@ def test_what_was_used_last_is_kept(tmp_path: Path, monkeypatch) -> None:
     for number in range(4):
         findings(project(tmp_path, entry(f"out->r = {number};")))
     assert len(list((tmp_path / "cache" / "ldc" / "components").iterdir())) == 2
+
+
+def answer(folder: Path) -> object:
+    """What the component gives in a process of its own, as at every start of a program."""
+    line = f"import sys; from ldc.cli.main import main; sys.exit(main(['run', {str(folder)!r}, '--scans', '1', "
+    done = subprocess.run([sys.executable, "-c", f"{line}'--watch', 'r', '--trace', '-']))"],
+                          capture_output=True, text=True, check=False)
+    return done.stdout.split(",")[-1].strip() if done.returncode == 0 else done.stderr
+
+
+def test_a_component_that_is_known_is_read_again_when_a_part_of_it_changes(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    inside, other = tmp_path / "inside", tmp_path / "other"
+    inside.mkdir()
+    other.mkdir()
+    (other / "far.h").write_text("#define FAR 100\n")
+    own = '#include "../other/far.h"\n#define NEAR 1\n'
+    project(inside, entry("out->r = in->a + NEAR + FAR;", '#include "own.h"'), own_h=own)
+    assert answer(inside) == answer(inside) == "105"
+    (other / "far.h").write_text("#define FAR 200\n")
+    assert answer(inside) == "205"
+    project(inside, entry("out->r = in->a + NEAR;", '#include "own.h"'), own_h="#define NEAR 2\n")
+    assert answer(inside) == answer(inside) == "6"
+    (inside / "own.h").write_text("#define NEAR 3\n")
+    assert answer(inside) == "7"
+    (inside / "main.ld").write_text(MAIN.replace("odd(r", "odd(r").replace("count : DINT", "count : INT"))
+    assert answer(inside) == "7"
+    (inside / "own.h").write_text("#define NEAR 3 +\n")
+    assert "error" in answer(inside) and "error" in answer(inside)
+
+
+def test_what_is_known_of_a_component_may_be_damaged(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    project(tmp_path, entry("out->r = in->a;"))
+    assert answer(tmp_path) == "4"
+    for number, seen in enumerate((tmp_path / "cache" / "ldc" / "components").glob("*.seen")):
+        seen.write_bytes((b"", b"{}", b"\xff")[number % 3])
+    for library in (tmp_path / "cache" / "ldc" / "components").glob("odd-*.so"):
+        library.unlink()
+    assert answer(tmp_path) == answer(tmp_path) == "4"

@@ -105,6 +105,11 @@ def body_sources(component: Component, diagnostics: Diagnostics) -> tuple[Source
     return tuple(found)
 
 
+def quoted(text: str) -> list[str]:
+    """The names that a C source includes in quotes."""
+    return _QUOTED.findall(text)
+
+
 def own_files(component: Component, diagnostics: Diagnostics) -> dict[str, SourceFile]:
     """The sources of a C or C++ component and the headers of its folder that they include, by absolute path:
     all that its code is made from beside its descriptor."""
@@ -113,7 +118,7 @@ def own_files(component: Component, diagnostics: Diagnostics) -> dict[str, Sourc
     found = {str(Path(source.path).resolve()): source for source in todo}
     while todo:
         source = todo.pop()
-        for name in _QUOTED.findall(source.text):
+        for name in quoted(source.text):
             for folder in (Path(source.path).parent, component.folder):
                 path = (folder / name).resolve()
                 if str(path) in found or not path.is_relative_to(root) or not path.is_file():

@@ -12,16 +12,16 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ldc.components import c_source, cpp_source, findings, header, toolchain
+from ldc.components import findings, header, kept, toolchain
 from ldc.components.address_map import AddressMap, global_symbol, nameable, of_symbols
 from ldc.components.descriptor import Component
 from ldc.components.find import body_sources, own_files
+from ldc.components.kept import Kept
 from ldc.components.project import Native
 from ldc.components.toolchain import Tool
 from ldc.diagnostics import Diagnostics
 from ldc.il.external import Binding, Shared
 from ldc.il.layout import measure
-from ldc.parser.tables import cache_folder
 from ldc.source import SourceFile, Span
 from ldc.symbols import Variable
 
@@ -71,10 +71,12 @@ def _processor(native: Native) -> str:
 
 def check(native: Native, globals_: Sequence[Variable], diagnostics: Diagnostics) -> bool:
     """Whether the sources of a component can be rewritten for its processor; findings when not."""
+    memory = memory_of(globals_, _processor(native))
+    compiler = toolchain.find(_tool(native.component))
+    if compiler is not None and kept.look(_key(native, memory, compiler, _flags(native.component))):
+        return True
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
-        return (
-            rewritten(native, memory_of(globals_, _processor(native)), Path(folder), diagnostics) is not None
-        )
+        return _known(native, memory, Path(folder), _flags(native.component), diagnostics) is not None
 
 
 def build(
@@ -82,34 +84,67 @@ def build(
 ) -> Binding | None:
     """The library of a component, from the cache or made now; None with findings."""
     memory = memory_of(globals_, _processor(native))
-    component = native.component
-    with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
-        made = rewritten(native, memory, Path(folder), diagnostics)
-        if made is None:
-            return None
-        texts, reads, writes = made
-        tool = toolchain.GXX if component.language == "c++" else toolchain.GCC
-        compiler = toolchain.find(tool, diagnostics)
-        if compiler is None:
-            return None
-        flags = [
-            *_FLAGS,
-            *(_C_ONLY if component.language == "c" else ()),
-            # The runtime of the sanitizers is in the process that loads the library.
-            *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ("-Wl,-z,defs",)),
-            *component.cflags,
-            f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}",
-        ]
-        key = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
-        library = cache_folder() / "components" / f"{component.entry}-{key}.so"
-        if not toolchain.touched(library) and not _compile(
-            native, texts, compiler, flags, library, Path(folder), diagnostics
-        ):
-            return None
-    used = [(key, memory.symbols[key]) for key in sorted(reads | writes)]
-    shared = tuple(Shared(s.name, s.type, s.address, key in writes) for key, s in used)
+    component, flags = native.component, _flags(native.component, sanitize)
+    compiler = toolchain.find(_tool(component), diagnostics)
+    if compiler is None:
+        return None
+    known = kept.look(_key(native, memory, compiler, flags))
+    if known is None or not toolchain.touched(kept.folder() / known.library):
+        with tempfile.TemporaryDirectory(prefix="ldc-") as folder:
+            made = _known(native, memory, Path(folder), flags, diagnostics)
+            if made is None:
+                return None
+            texts, known = made
+            library = kept.folder() / known.library
+            if not toolchain.touched(library) and not _compile(
+                native, texts, compiler, flags, library, Path(folder), diagnostics
+            ):
+                return None
+    used = [(key, memory.symbols[key]) for key in sorted({*known.reads, *known.writes})]
+    shared = tuple(Shared(s.name, s.type, s.address, key in known.writes) for key, s in used)
     size = max((s.offset + measure(s.type, {})[0] for s in shared), default=0)
-    return Binding(native.unit.name, library, component.entry, size, shared)
+    return Binding(native.unit.name, kept.folder() / known.library, component.entry, size, shared)
+
+
+def _tool(component: Component) -> Tool:
+    return toolchain.GXX if component.language == "c++" else toolchain.GCC
+
+
+def _flags(component: Component, sanitize: bool = False) -> list[str]:
+    return [
+        *_FLAGS,
+        *(_C_ONLY if component.language == "c" else ()),
+        # The runtime of the sanitizers is in the process that loads the library.
+        *(("-fsanitize=address,undefined", "-fno-omit-frame-pointer") if sanitize else ("-Wl,-z,defs",)),
+        *component.cflags,
+        f"-std={component.standard or ('c11' if component.language == 'c' else 'c++17')}",
+    ]
+
+
+def _key(native: Native, memory: AddressMap, compiler: str, flags: Sequence[str]) -> str | None:
+    """The name under which it is kept what a component is."""
+    component, silent = native.component, Diagnostics()
+    if not header.check_types(native.unit, silent):
+        return None
+    generated = header.file_name(component), header.text(component, native.unit, memory)
+    return kept.key(component, generated, compiler, flags)
+
+
+def _known(
+    native: Native, memory: AddressMap, folder: Path, flags: Sequence[str], diagnostics: Diagnostics
+) -> tuple[list[str], Kept] | None:
+    """The rewritten sources, and what to know of them, which is kept for the next time; None with findings."""
+    component, before = native.component, len(diagnostics)
+    made = rewritten(native, memory, folder, diagnostics)
+    compiler = toolchain.find(_tool(component), diagnostics)
+    if made is None or compiler is None:
+        return None
+    texts, reads, writes = made
+    digest_ = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
+    known = Kept(tuple(sorted(reads)), tuple(sorted(writes)), f"{component.entry}-{digest_}.so")
+    if len(diagnostics) == before:  # what was told is to be told again
+        kept.keep(_key(native, memory, compiler, flags), known)
+    return texts, known
 
 
 def guard_library(diagnostics: Diagnostics) -> Path | None:
@@ -120,7 +155,7 @@ def guard_library(diagnostics: Diagnostics) -> Path | None:
     source = Path(__file__).with_name("guard") / "guard.c"
     text = source.read_text(encoding="utf-8")
     key = hashlib.sha256(f"{text}\0{compiler}".encode()).hexdigest()[:24]
-    library = cache_folder() / "components" / f"guard-{key}.so"
+    library = kept.folder() / f"guard-{key}.so"
     if toolchain.touched(library):
         return library
     file = SourceFile(str(source), text)
@@ -148,6 +183,8 @@ def rewritten(
         return None
     generated = folder / header.file_name(component)
     generated.write_text(header.text(component, native.unit, memory), encoding="utf-8")
+    from ldc.components import c_source, cpp_source  # slow to load, and most components are known
+
     module = cpp_source if component.language == "c++" else c_source
     texts, reads, writes, defines = [], set(), set(), set()
     for source in sources:

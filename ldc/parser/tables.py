@@ -48,7 +48,7 @@ def tables() -> Tables:
         return _decode(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, LookupError, TypeError):
         made = _make(grammar)
-    _store(path, json.dumps(made, separators=(",", ":")))
+    store(path, json.dumps(made, separators=(",", ":")))
     return _decode(made)
 
 
@@ -58,8 +58,8 @@ def cache_folder() -> Path:
     return Path(base if os.path.isabs(base) else os.path.expanduser("~/.cache")) / "ldc"
 
 
-def _store(path: Path, text: str) -> None:
-    """Write whole or not at all; a cache that cannot be written is no error."""
+def store(path: Path, text: str) -> None:
+    """Writes a file of a cache whole or not at all; a cache that cannot be written is no error."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
