@@ -92,14 +92,17 @@ class Beat:
         self._alive[1].ldc_guard(buffer + _NOTE // 8)
 
 
-def guarded(work: Callable[[Beat], int], hang: float = HANG) -> int | Crash:
+def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
-    goes where this process prints to. An interrupt from the keyboard reaches both, SIGTERM is passed on."""
+    goes where this process prints to. An interrupt from the keyboard reaches both, SIGTERM is passed on.
+    ``orderly``: this process leaves an interrupt to the work, which puts everything in order."""
     memory = mmap.mmap(-1, _SIZE)
     child = os.fork()
     if child == 0:
         _exit_with(work, memory)
-    before = signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))
+    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))}
+    if orderly:  # not before the fork: the child would ignore interrupts until it has a handler
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         return _watched(child, memory, hang)
     except BaseException:
@@ -107,7 +110,8 @@ def guarded(work: Callable[[Beat], int], hang: float = HANG) -> int | Crash:
         os.waitpid(child, 0)
         raise
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:

@@ -23,8 +23,9 @@ _NO_ROOM = 74
 """How the process ends when what it writes has no room: the file it wrote is not whole (EX_IOERR)."""
 
 
-def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int]) -> int:
-    """The status of the work. Raises Invalid for a crash, with the component and its line in C, and OSError
+def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int],
+          orderly: bool = False) -> int:
+    """The status of the work. ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a crash, with the component and its line in C, and OSError
     when there is no room for what the work writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics)
@@ -48,7 +49,7 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
 
     sys.stdout.flush()
     sys.stderr.flush()
-    end = guarded(watched)
+    end = guarded(watched, orderly=orderly)
     if isinstance(end, Crash):
         raise Invalid([_told(end, result, bindings)])
     if end == _NO_ROOM:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -59,26 +58,14 @@ def run(options: argparse.Namespace) -> int:
         return sanitized.run(options.arguments, result)
     bindings = native_code(result)
     # A crash ends the process that writes: files are given their names, or taken away, by this one.
-    with _opened(options.trace) as file, _opened(options.events) as events, _interrupts(options):
+    with _opened(options.trace) as file, _opened(options.events) as events:
         return apart(result, bindings,
-                     lambda beat: _run(options, sources, result, beat, file, bindings, events))
+                     lambda beat: _run(options, sources, result, beat, file, bindings, events),
+                     orderly=options.realtime or options.online)
 
 
 def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
     return nullcontext() if target in (None, "-") else replacing(Path(target))
-
-
-@contextmanager
-def _interrupts(options: argparse.Namespace) -> Iterator[None]:
-    """In real time and online an interrupt from the keyboard is left to the process that scans: it puts
-    everything in order."""
-    left = options.realtime or options.online
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if left else None
-    try:
-        yield
-    finally:
-        if left:
-            signal.signal(signal.SIGINT, before)
 
 
 def _check_options(options: argparse.Namespace) -> None:

@@ -1,0 +1,37 @@
+"""Work in a process of its own: who heeds an interrupt from the keyboard (`ldc/cli/apart.py`)."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+
+from runtime.guard import Beat, guarded
+
+
+def test_work_that_is_orderly_gets_the_interrupt_from_its_first_moment() -> None:
+    """Before it has a handler of its own too: an interrupt while a run starts ends it."""
+    def work(beat: Beat) -> int:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(10)
+        return 0
+
+    assert guarded(work, orderly=True) == 130
+
+
+@pytest.mark.parametrize("orderly", [True, False])
+def test_the_process_above_leaves_an_interrupt_to_orderly_work(orderly: bool) -> None:
+    def work(beat: Beat) -> int:
+        time.sleep(0.2)
+        os.kill(os.getppid(), signal.SIGINT)
+        time.sleep(0.5)
+        return 7
+
+    if orderly:
+        assert guarded(work, orderly=True) == 7
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            guarded(work)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
