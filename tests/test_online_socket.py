@@ -19,8 +19,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import native
+from ldc.cli import modules
 from ldc.cli.main import main
-from ldc.diagnostics import Invalid
+from ldc.diagnostics import Diagnostics, Invalid
+from ldc.manifest import find_sources
 from online_programs import compiled, loaded
 from online_runtime import private, running, wait_until
 from runtime.online import wire
@@ -316,3 +318,40 @@ def test_a_second_runtime_of_a_socket_and_paths_that_are_none(tmp_path, monkeypa
     assert not os.path.exists("s")
     for wrong in (["--socket", "s"], ["--no-wait"], ["--audit", "log"], ["--online", "--target", "cortex-m3"]):
         assert main(["run", ".", *wrong]) == 2
+
+
+STEPS = {
+    "a line for each": ('steps = [\n    { module = "feed" },\n    "pack",  # the last\n    { module = "feed", until = "x" },\n]\n',
+                        '    { module = "feed", until = "x" },\n    { module = "press" },\n]\n'),
+    "one line": ('steps = ["feed", "pack"]\n', 'steps = ["feed", "press", "pack"]\n'),
+    "none of the module before": ('steps = ["pack"]\n', 'steps = ["pack", "press"]\n'),
+    "no steps": ("repeat = false\n", "repeat = false\n"),
+}
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_an_inserted_module_gets_a_step_where_steps_are_written(tmp_path: Path, name: str) -> None:
+    before, after = STEPS[name]
+    project(tmp_path, '"feed", "pack"')
+    path = tmp_path / "ldc.toml"
+    path.write_text(path.read_text() + "[sequence]\n" + before)
+    (tmp_path / "main.ld").write_text("".join(
+        f"PROGRAM {name}\nVAR_INPUT Start : BOOL; END_VAR\nRUNG [Start]\nEND_PROGRAM\n"
+        for name in ("feed", "press", "pack")))
+    sources = find_sources([tmp_path], Diagnostics())
+    text = path.read_text()
+    with modules.inserted(sources, "press", "feed"):
+        assert path.read_text().endswith(after)
+        assert [line for line in text.splitlines() if line not in path.read_text().splitlines()] == [
+            line for line in text.splitlines() if "modules" in line or ("steps" in line and "]" in line)]
+    with pytest.raises(ZeroDivisionError), modules.inserted(find_sources([tmp_path], Diagnostics()), "wash", None):
+        1 / 0
+    assert '"press"' in path.read_text() and "wash" not in path.read_text()
+
+
+def test_a_module_that_nothing_starts_gets_no_step(tmp_path: Path) -> None:
+    project(tmp_path, '"feed", "pack"')
+    path = tmp_path / "ldc.toml"
+    path.write_text(path.read_text() + '[sequence]\nsteps = ["feed"]\n')
+    with modules.inserted(find_sources([tmp_path], Diagnostics()), "press", None):
+        assert path.read_text().endswith('steps = ["feed"]\n')

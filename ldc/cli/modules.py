@@ -1,23 +1,27 @@
-"""The list of modules in a project file: one is put in, and nothing else of the text changes."""
+"""The modules in a project file: one is put into the list and into the steps of the sequence; nothing else
+of the text changes."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from ldc.cli.output import write_file
+from ldc.coordination import StepSetting
 from ldc.diagnostics import Diagnostics, Invalid
-from ldc.manifest import Manifest
+from ldc.manifest import Manifest, Sources
+from ldc.parser import parse_file
 
 
 @contextmanager
-def inserted(manifest: Manifest, module: str, after: str | None) -> Iterator[None]:
+def inserted(sources: Sources, module: str, after: str | None) -> Iterator[None]:
     """The project file lists the module behind ``after`` (None: as the last one) from now on; what goes wrong
     inside puts it back. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file
     cannot be written."""
-    text = with_module(manifest, module, after)
+    manifest = sources.manifest
+    text = with_module(manifest, module, after, _starts(sources, module))
     path = Path(manifest.source.path)
     before = path.read_bytes()
     write_file(path, text.encode("utf-8"))
@@ -28,8 +32,9 @@ def inserted(manifest: Manifest, module: str, after: str | None) -> Iterator[Non
         raise
 
 
-def with_module(manifest: Manifest, module: str, after: str | None) -> str:
-    """The text of the project file with one more module."""
+def with_module(manifest: Manifest, module: str, after: str | None, starts: bool = False) -> str:
+    """The text of the project file with one more module. ``starts``: it is one that a sequence starts: where the
+    project writes the steps of its own, it has one behind the last step of the module before."""
     names = [name.upper() for name in manifest.modules]
     text = manifest.source.text
     if module.upper() in names:
@@ -42,8 +47,35 @@ def with_module(manifest: Manifest, module: str, after: str | None) -> str:
         raise _refused(manifest, f"`{after}` is no module of the project",
                        f"modules: {', '.join(manifest.modules)}")
     number = names.index(after.upper()) if after is not None else len(names) - 1
-    item = manifest.spans["project", "modules", number].value
-    return f"{text[:item.end]}, {json.dumps(module)}{text[item.end:]}"
+    name = json.dumps(module)
+    edits = [(manifest.spans["project", "modules", number].value.end, f", {name}")]
+    sequence = manifest.coordination.sequence
+    if starts and sequence is not None and sequence.steps is not None:
+        edits.append(_step(manifest, sequence.steps, names[number], name))
+    for at, more in sorted(edits, reverse=True):
+        text = f"{text[:at]}{more}{text[at:]}"
+    return text
+
+
+def _step(manifest: Manifest, steps: Sequence[StepSetting], before: str, name: str) -> tuple[int, str]:
+    """Where the step of a module comes, and its text: behind the last step of the module before, on a line of
+    its own where the others are; as the last one when that module has none."""
+    known = [step for step in steps if step.module.upper() == before] or [steps[-1]]
+    span = manifest.spans[known[-1].key].value
+    line = manifest.source.text[manifest.source.text.rfind("\n", 0, span.start) + 1 : span.start]
+    between = f"\n{line}" if line and not line.strip() else " "
+    written = f"{{ module = {name} }}" if span.text.startswith("{") else name
+    return span.end, f",{between}{written}"
+
+
+def _starts(sources: Sources, module: str) -> bool:
+    """Whether it is a PROGRAM with an input `start`."""
+    ignored = Diagnostics()
+    pous = (pou for file in sources.files for pou in parse_file(file, ignored).pous)
+    found = next((pou for pou in pous if pou.kind == "PROGRAM" and pou.name.upper() == module.upper()), None)
+    return found is not None and any(
+        variable.name.upper() == "START" for block in found.var_blocks if block.kind == "VAR_INPUT"
+        for variable in block.variables)
 
 
 def _refused(manifest: Manifest, what: str, help: str) -> Invalid:

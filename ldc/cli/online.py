@@ -100,7 +100,7 @@ def _insert(options: argparse.Namespace) -> int:
     sources = read(options.sources)
     if sources.manifest is None:
         raise Failure("modules are listed in an ldc.toml: name its folder")
-    with modules.inserted(sources.manifest, options.module, options.after):
+    with modules.inserted(sources, options.module, options.after):
         return _stage(options, read(options.sources))
 
 
