@@ -457,6 +457,15 @@ def test_interrupt_ends_quietly_with_130(ldc, monkeypatch) -> None:
     assert ldc("doctor") == (main_module.INTERRUPTED, "", "") == (130, "", "")
 
 
+def test_an_interrupt_while_a_class_is_made_is_one_too(ldc, monkeypatch) -> None:
+    class Late:
+        def __set_name__(self, owner, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("ldc.cli.doctor.run", lambda options: type("Made", (), {"field": Late()}))
+    assert ldc("doctor") == (130, "", "")
+
+
 def test_a_real_interrupt_leaves_no_trace_file_behind(tmp_path: Path) -> None:
     (tmp_path / "main.ld").write_text(MOTOR)
     running = process("run", "main.ld", "--scans", "100000000", "--trace", "out.csv", cwd=tmp_path)

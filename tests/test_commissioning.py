@@ -274,6 +274,9 @@ def test_what_users_type_from_another_terminal(engine: str, tmp_path: Path, monk
         assert main(["online", "trace", "--watch", "n,q", "--trigger", "n > 5", "--before", "3", "--after",
                      "4", "-o", "out.csv"]) == 0
         assert len(Path("out.csv").read_text(encoding="utf-8").splitlines()) in range(6, 10)
+        capsys.readouterr()
+        assert main(["online", "trace", "--watch", "n", "--trigger", "n > 5", "-o", "gone/out.csv"]) == 1
+        assert "waiting" not in capsys.readouterr().err, "the event would be lost"
         assert main(["online", "unforce"]) == 2 and main(["online", "unforce", "a", "--all"]) == 2
         assert main(["online", "unforce", "--all"]) == 0
         capsys.readouterr()

@@ -39,6 +39,8 @@ def main(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):  # Python wraps what comes while a class is made
+            return INTERRUPTED
         if isinstance(error, OSError) and error.errno in FULL:
             silence_stdout()
             say(f"ldc: cannot write: {error.strerror}")

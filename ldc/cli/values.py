@@ -15,7 +15,7 @@ from ldc.cli import link
 from ldc.cli.attached import AFTER, BEFORE, listed
 from ldc.cli.console import Failure, UsageError, is_terminal, say
 from ldc.cli.inputs import read
-from ldc.cli.output import write_result
+from ldc.cli.output import replacing, write_result
 from ldc.render import plural, visible
 from runtime.online.wire import Answer, Arm, Collect, Force, Forced, Get, Set, Unforce, Value
 from runtime.values import milliseconds
@@ -111,7 +111,15 @@ def _poll(options: argparse.Namespace, path: Path, answer: Answer, names: list[s
 
 
 def _trace(options: argparse.Namespace, path: Path) -> None:
-    """Waits for the event, then for its rows."""
+    """Waits for the event, then for its rows. The file is opened before: an event may come only once."""
+    if options.output in (None, "-"):
+        write_result(_rows(options, path), None)
+    else:
+        with replacing(Path(options.output)) as file:
+            file.write(_rows(options, path).encode())
+
+
+def _rows(options: argparse.Namespace, path: Path) -> str:
     owner, names = _owner(options), list(listed(options.watch))
     before = BEFORE if options.before is None else options.before
     after = AFTER if options.after is None else options.after
@@ -130,5 +138,5 @@ def _trace(options: argparse.Namespace, path: Path) -> None:
         first = trace.next
         if first >= trace.rows:
             break
-    write_result("".join(parts), options.output)
     say(f"triggered in scan {trace.event}, {plural(trace.rows, 'row')}")
+    return "".join(parts)
