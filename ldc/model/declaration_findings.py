@@ -118,6 +118,12 @@ def not_allowed_here(diagnostics: Diagnostics, span: Span, message: str, label: 
     diagnostics.error("LD0217", message, span, label, help=help)
 
 
+def bad_edge(diagnostics: Diagnostics, span: Span, name: str, word: str, where: str) -> None:
+    diagnostics.error("LD0236", f"`{name}` cannot have {word}", span, where,
+                      help="an edge is that of a BOOL in VAR_INPUT of a FUNCTION_BLOCK; elsewhere use an "
+                      "instance of R_TRIG or F_TRIG")
+
+
 def program_as_type(diagnostics: Diagnostics, span: Span, name: str, kind: str) -> None:
     diagnostics.error("LD0218", f"{kind} `{name}` is no type", span,
                       "a type or a function block is needed here",

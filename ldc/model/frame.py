@@ -14,7 +14,7 @@ from ldc.model.names import IL_WORDS, PREFIX, standard
 from ldc.model.type_table import DEEPEST, Known, TypeTable, complete
 from ldc.parser import ast
 from ldc.symbols import Location, Signature, Variable
-from ldc.types import ELEMENTARY, Array, Elementary, Enum, Instance, Type, storage
+from ldc.types import BOOL, ELEMENTARY, Array, Elementary, Enum, Instance, Type, storage
 
 KINDS = {
     "VAR": "local", "VAR_INPUT": "input", "VAR_OUTPUT": "output", "VAR_IN_OUT": "in_out",
@@ -144,6 +144,8 @@ class Frame:
         known = self.type_of(node.type)
         if known is None or not self._type_allowed(node, block, known.type):
             return None
+        if node.edge is not None and not self._edge_allowed(node, block, known.type):
+            return None
         if kind == "external":
             return self._external(node, known.type)
         constant = "CONSTANT" in block.qualifiers
@@ -182,6 +184,17 @@ class Frame:
             return True
         findings.not_allowed_here(self.owner.diagnostics, node.span,
                                   f"function block `{node.name}` in {where}", f"an instance of {type_}", help)
+        return False
+
+    def _edge_allowed(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> bool:
+        """IEC 61131-3, 2.5.2.2: a BOOL input of what has a memory for its previous value."""
+        if block.kind != "VAR_INPUT" or self.kind not in ("FUNCTION_BLOCK", "PROGRAM"):
+            where = f"in {block.kind} of a {self.kind}" if self.kind else f"in {block.kind}"
+        elif type_ != BOOL:
+            where = f"is {type_}, not BOOL"
+        else:
+            return True
+        findings.bad_edge(self.owner.diagnostics, node.span, node.name, node.edge, where)
         return False
 
     def _external(self, node: ast.VarDecl, type_: Type) -> Variable | None:

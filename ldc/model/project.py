@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from ldc.model.edges import Edge
 from ldc.parser import ast
 from ldc.parser.sfc import SfcBody
 from ldc.parser.statements import StatementBody
@@ -17,7 +18,8 @@ from ldc.types import Enum, Type
 class Pou:
     """A POU with its typed variables by name in capitals (pins first, in declared order).
 
-    The result of a FUNCTION is also a local variable with the function's name.
+    The result of a FUNCTION is also a local variable with the function's name. ``edges``: what the body reads
+    of inputs with R_EDGE or F_EDGE.
     """
 
     signature: Signature
@@ -25,6 +27,7 @@ class Pou:
     variables: dict[str, Variable]
     body: ast.LadderBody | ast.TextBody | StatementBody | SfcBody
     span: Span
+    edges: tuple[Edge, ...] = ()
 
     @property
     def name(self) -> str:

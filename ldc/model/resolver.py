@@ -10,6 +10,7 @@ from ldc.model import chart_names
 from ldc.model import declaration_findings as findings
 from ldc.model.chart_names import ACTION, STEP
 from ldc.model.configuration import Configurator
+from ldc.model.edges import edges_of
 from ldc.model.frame import Frame
 from ldc.model.names import PREFIX, standard
 from ldc.model.order import call_order
@@ -141,8 +142,10 @@ class _Resolver:
         ordered.update((key, v) for key, v in variables.items() if v.kind not in _PINS)
         if result is not None:
             ordered[key] = Variable(node.name, result, "local", span=node.name_span)
+        edges = edges_of(node, ordered)
+        ordered.update((v.name.upper(), v) for edge in edges for v in (edge.pulse, edge.memory))
         self._signatures[key] = signature
-        self._built[key] = Pou(signature, node.title, ordered, node.body, node.span)
+        self._built[key] = Pou(signature, node.title, ordered, node.body, node.span, edges)
         return signature
 
     def _add_chart(self, node: ast.Pou, variables: dict[str, Variable], frame: Frame) -> None:

@@ -45,6 +45,7 @@ class Scope:
         self.library = found is not None and found.signature.standard
         self._globals = model.globals
         self._locals = found.variables if found is not None else {}
+        self._edges = {e.input.name.upper(): e for e in found.edges} if found is not None else {}
         self._known: dict[str, tuple[Variable, bool]] = {}
         whole = found.body if found is not None else None
         self.body = whole if body is None else body
@@ -98,7 +99,9 @@ class Scope:
         found = self._known.get(key)
         if found is None:
             variable = self._locals.get(key)
-            if variable is not None:
+            if key in self._edges:
+                found = self._edges[key].seen, False
+            elif variable is not None:
                 found = variable, variable.kind == "external"
             elif (variable := self._globals.get(key)) is not None:
                 found = variable, True

@@ -163,7 +163,8 @@ TypeExpr = NamedType | ArrayType | StructType | EnumType | SubrangeType
 @record
 class VarDecl:
     """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line).
-    ``note``: what a foreign source says about it, one line."""
+    ``note``: what a foreign source says about it, one line. ``edge``: R_EDGE or F_EDGE, an input that is
+    TRUE inside for one call only."""
 
     name: str
     location: str | None
@@ -172,6 +173,7 @@ class VarDecl:
     span: Span
     group_span: Span
     note: str | None = None
+    edge: str | None = None
 
 
 @record

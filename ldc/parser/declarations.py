@@ -30,6 +30,12 @@ class FileBuilder(Builder):
         group = self.span(names[0], values[-1])
         return [ast.VarDecl(self.declared(n), None, kind, initial, self.span(n, n), group) for n in names]
 
+    def edges(self, values: Values) -> list[ast.VarDecl]:
+        names, _, kind, edge, last = values
+        type_, group = self.named_type([kind]), self.span(names[0], last)
+        return [ast.VarDecl(self.declared(n), None, type_, None, self.span(n, n), group, None, self.types[edge])
+                for n in names]
+
     def located(self, values: Values) -> list[ast.VarDecl]:
         name, _, address, _, kind = values[:5]
         initial = values[6] if len(values) == 8 else None

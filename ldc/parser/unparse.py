@@ -112,8 +112,10 @@ def type_text(type_: ast.TypeExpr, indent: str = "") -> str:
 
 
 def declared_text(declared: ast.VarDecl | ast.TypeDecl, indent: str = "") -> str:
-    """What stands behind the colon: type and initial value."""
+    """What stands behind the colon: type, edge and initial value."""
     text = type_text(declared.type, indent)
+    if isinstance(declared, ast.VarDecl) and declared.edge is not None:
+        text = f"{text} {declared.edge}"
     return text if declared.initial is None else f"{text} := {initial_text(declared.initial)}"
 
 

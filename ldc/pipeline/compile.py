@@ -20,6 +20,7 @@ from ldc.il import image as il_image
 from ldc.il import program as il
 from ldc.il import standard, text
 from ldc.il.lower_charts import ChartCode
+from ldc.il.lower_edges import lower_edges
 from ldc.il.lower_statements import lower_body
 from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
@@ -131,6 +132,13 @@ class _Compile:
     # -- one POU
 
     def pou(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
+        """The code of a POU, with that of the edges of its inputs before it."""
+        made = self.of_body(pou)
+        if made is None or not pou.edges:
+            return made
+        return replace(made[0], rungs=(lower_edges(pou.edges), *made[0].rungs)), made[1]
+
+    def of_body(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
         scope = Scope(self.model, pou.name)
         if isinstance(pou.body, ast.TextBody):
             return self.text_pou(pou, scope)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
-from ldc.export.plcopen.tags import add, code, formatted, prose
+from ldc.export.plcopen.tags import add, code, formatted, own_data, prose
 from ldc.parser import ast
 from ldc.parser.unparse import expr_text
 from ldc.types import ELEMENTARY
@@ -33,6 +33,8 @@ def variable(parent: Element, declared: ast.VarDecl, notes: Notes) -> None:
     made = add(parent, "variable", name=declared.name, address=declared.location)
     type_(add(made, "type"), declared.type, notes)
     _initial(made, declared.initial)
+    if declared.edge is not None:
+        own_data(made, "edge").set("is", declared.edge)
     note = declared.note or notes.get((declared.span.source.path, declared.span.start))
     if note:
         formatted(made, "documentation", prose(note))

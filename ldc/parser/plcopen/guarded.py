@@ -67,7 +67,7 @@ class Additions:
         """A function block of statements and an instance of it; the pins that give it its variables."""
         written = {n.upper() for n in _written(body.statements)}
         used = {n.name.upper(): n for n in nodes(body.statements, ast.Name) if n.name.upper() in self.local}
-        found = {key: replace(self.local[key], location=None, initial=None) for key in used}
+        found = {key: replace(self.local[key], location=None, initial=None, edge=None) for key in used}
         pins: Pins = {"VAR_INPUT": tuple(v for key, v in found.items() if key not in written),
                       "VAR_IN_OUT": tuple(v for key, v in found.items() if key in written), "VAR_OUTPUT": ()}
         self.pous[name.upper()] = _function_block(name, pins, (), body.statements, span)
@@ -90,7 +90,7 @@ def added(pou: ast.Pou) -> ast.Remark:
 
 def pins_of(sections: tuple[ast.VarBlock, ...]) -> Pins:
     """The pins in an interface."""
-    return {kind: tuple(replace(v, location=None) for block in sections if block.kind == kind
+    return {kind: tuple(replace(v, location=None, edge=None) for block in sections if block.kind == kind
                         for v in block.variables) for kind in _PINS}
 
 

@@ -63,6 +63,13 @@ def placement(resource: Node) -> tuple[str, dict[str, int]]:
     return processor if _NAME.match(processor) else "", {name: at for at, name in enumerate(programs)}
 
 
+def edge(variable: Node) -> str | None:
+    """R_EDGE or F_EDGE of an input; TC6 has no place for it."""
+    found = own_data(variable, "edge")
+    word = found.get("is").strip() if found is not None else ""
+    return word if word in ("R_EDGE", "F_EDGE") else None
+
+
 def safe_values(root: Node) -> tuple[tuple[str, bool | int | float | str], ...]:
     """What outputs take when a task stops by a fault: `[safe]` of ldc.toml."""
     found = own_data(root, "safe")
