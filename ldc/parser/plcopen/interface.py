@@ -6,7 +6,7 @@ import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_type
 from ldc.types import ELEMENTARY
@@ -38,7 +38,7 @@ def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
     location = node.get("address").strip().upper() or None
     value = initial(node.find("initialValue"), diagnostics)
     note = texts.prose(node.find("documentation")) or None
-    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note)
+    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note, kept.edge(node))
 
 
 def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:
