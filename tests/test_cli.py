@@ -449,6 +449,21 @@ def test_the_result_of_a_failed_self_check_is_a_bug(ldc, monkeypatch) -> None:
     assert "start = TRUE" in next(Path(".").glob("ldc-bug-*.txt")).read_text()
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-"])
+def test_a_stream_that_is_closed_gets_nothing(tmp_path: Path, closed: str) -> None:
+    (tmp_path / "main.ld").write_text(MOTOR)
+    command = f'"{sys.executable}" -m ldc.cli run main.ld --scans 2 --trace out.csv {closed}'
+    ended = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True)
+    assert ended.returncode == 0 and "Traceback" not in ended.stderr, ended.stderr
+    assert (tmp_path / "out.csv").read_text().startswith("scan,t_ms,") and len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_folder_is_no_retain_file(ldc) -> None:
+    Path("main.ld").write_text(MOTOR)
+    status, _, err = ldc("run", "main.ld", "--scans", "1", "--retain", ".")
+    assert status == 1 and "error[LD0854]" in err and "Is a directory" in err
+
+
 def test_interrupt_ends_quietly_with_130(ldc, monkeypatch) -> None:
     def interrupted(options):
         raise KeyboardInterrupt

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -25,6 +26,7 @@ def entry() -> None:
 
 def main(arguments: Sequence[str]) -> int:
     """Run one command; its exit status. Nothing that a command raises gets past here."""
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         # Names of files may hold bytes, and drawings characters, that the terminal's encoding lacks.
         if hasattr(stream, "reconfigure"):
@@ -46,6 +48,18 @@ def main(arguments: Sequence[str]) -> int:
             say(f"ldc: cannot write: {error.strerror}")
             return WRONG
         return _internal(error, arguments)
+
+
+def _open_streams() -> None:
+    """A stream that was closed before the command began (`>&-`) goes nowhere; its number is taken, or the next
+    file that is opened would get it, and what others write there."""
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+            setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))
 
 
 def _run(arguments: Sequence[str]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -30,6 +31,8 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
     store = Store(path)
     found = Diagnostics()
     identity = Identity(name_of(sources), result.image.digest, lambda: result.image.layout.digest)
+    if path.is_dir():
+        raise Invalid([unreachable("write", path, OSError(errno.EISDIR, os.strerror(errno.EISDIR)))])
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise Invalid([unreachable("write", path, _reason(path.parent))])
     if options.start == "origin":
@@ -55,7 +58,7 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
 
 def _reason(folder: Path) -> OSError:
     """Why nothing can be written to a folder."""
-    number = 13 if folder.is_dir() else 2
+    number = errno.EACCES if folder.is_dir() else errno.ENOENT
     return OSError(number, os.strerror(number))
 
 
