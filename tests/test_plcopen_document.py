@@ -12,6 +12,7 @@ from plcopen_xml import block, coil, contact, ladder, rail, value
 from test_plcopen import built
 
 from ldc.diagnostics import Diagnostics
+from ldc.parser.plcopen import interface
 from ldc.parser.plcopen.document import MAX_DEPTH, Document
 from ldc.source import SourceFile
 
@@ -129,3 +130,23 @@ def test_what_is_written_as_usual_says_what_its_tree_says(
     assert said[0] == said[1]
     assert node.words("variable") == tree.words("variable")
     assert (node.end, node.whole, node.flag("negated")) == (len(text) - len("</LD>"), tree.whole, True)
+
+
+TYPES = st.sampled_from(["<BOOL/>", "<INT />", "<bool/>", "<POINTER/>", '<derived name="TON"/>', "<string/>",
+                         '<derived name="STRING(20)"/>', '<derived name="a b"/>', "<derived name='T'/>",
+                         '<derived name="Stra&#223;e"/>', '<derived name="x" y="z"/>', "", "<BOOL></BOOL>"])
+
+
+@given(TYPES, st.sampled_from(["", '<initialValue><simpleValue value="1"/></initialValue>',
+                               "<documentation>why</documentation>", "<!-- no -->", "<edge/>"]), BLANKS)
+def test_a_declared_variable_is_what_its_tree_says(type_: str, more: str, blank: str) -> None:
+    inside = blank.join(["", f"<type>{blank}{type_}{blank}</type>", more, ""])
+    text = f'<localVars><variable name="v" address="%ix0.0">{inside}</variable></localVars>'
+    node = Document(SourceFile("x.xml", text), Diagnostics()).root.children[0]
+    if type_ in ("<BOOL/>", '<derived name="TON"/>'):
+        assert (node.usual is None) == bool(more)
+    tree = node.like("variable", node.children)
+    told, expected = Diagnostics(), Diagnostics()
+    assert interface.variable(node, told) == interface.variable(tree, expected)
+    assert list(told) == list(expected)
+    assert node.position == tree.position and list(node.wires()) == [] and node.words("variable") is None

@@ -44,7 +44,7 @@ _PLACE = re.compile(r"""x="(\d{1,15})" y="(\d{1,15})"/""", re.ASCII)
 _CDATA = "<![CDATA["
 _BLANK = re.compile(r"\r\n|[\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
-_FULL = ("body", "variable", *usual.TAGS)
+_FULL = ("body", *usual.TAGS)
 _ENDS_EARLY = "it ends before its elements are closed"
 
 
@@ -53,7 +53,7 @@ class Node:
 
     ``closing``: where the end tag begins; ``start`` in an element without one. Attributes are looked up in
     the text when somebody asks for one: most elements of a drawing are never asked. ``usual``: what is in a
-    contact, coil or rail that is written as usual; its children are read when somebody asks.
+    contact, coil, rail or variable that is written as usual; its children are read when somebody asks.
     """
 
     __slots__ = ("document", "tag", "start", "inside", "closing", "usual", "_children", "_attributes")

@@ -9,6 +9,7 @@ from ldc.parser import ast
 from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_type
+from ldc.source import Span
 from ldc.types import ELEMENTARY
 
 SECTIONS = {
@@ -32,13 +33,28 @@ def var_block(node: Node, diagnostics: Diagnostics) -> ast.VarBlock:
 
 def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
     name = texts.name(node, diagnostics)
-    type_ = type_of(node.find("type"), node, diagnostics)
+    plain = _plain_type(node)
+    type_ = plain or type_of(node.find("type"), node, diagnostics)
     if name is None or type_ is None:
         return None
     location = node.get("address").strip().upper() or None
-    value = initial(node.find("initialValue"), diagnostics)
-    note = texts.prose(node.find("documentation")) or None
-    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note, kept.edge(node))
+    value = note = edge = None
+    if plain is None:
+        value = initial(node.find("initialValue"), diagnostics)
+        note = texts.prose(node.find("documentation")) or None
+        edge = kept.edge(node)
+    return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note, edge)
+
+
+def _plain_type(node: Node) -> ast.NamedType | None:
+    """The type of a variable that has nothing but a type with a name."""
+    if node.usual is None:
+        return None
+    which = "elementary" if node.usual["derived"] is None else "derived"
+    name = node.usual[which].strip("</>")
+    if which == "elementary" and name not in ELEMENTARY:
+        return None
+    return ast.NamedType(name, None, Span(node.document.source, *node.usual.span(which)))
 
 
 def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:

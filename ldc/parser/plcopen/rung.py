@@ -260,6 +260,8 @@ class RungWriter:
     def _ordered(self) -> tuple[list[Step], bool]:
         """The steps, each behind what feeds it, and True; in drawing order, and False, if a loop forbids."""
         steps = sorted(self.steps, key=attrgetter("order"))
+        if _is_fed_first(steps):
+            return steps, True
         feeders: dict[str, int] = {}
         for step in steps:
             for net in _fed(step):
@@ -284,6 +286,17 @@ class RungWriter:
                     if not missing[index]:
                         heappush(ready, index)
         return (done, True) if len(done) == len(steps) else (steps, False)
+
+
+def _is_fed_first(steps: list[Step]) -> bool:
+    """Whether nothing feeds a net that was read before: nearly all rungs are drawn so."""
+    read: set[str | None] = set()
+    for step in steps:
+        read.add(step.head)
+        read.update(step.reads)
+        if step.tail is not None and step.tail in read or step.writes and not read.isdisjoint(step.writes):
+            return False
+    return True
 
 
 def _fed(step: Step) -> Collection[str]:

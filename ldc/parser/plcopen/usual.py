@@ -1,6 +1,7 @@
-"""What is in a contact, a coil or a rail as nearly all editors write it: found by one expression.
+"""What is in a contact, a coil, a rail or a declared variable as nearly all editors write it: found by one
+expression.
 
-A drawing is mostly these, and a tree of their parts would be most of the work of reading it. What is written
+A file is mostly these, and a tree of their parts would be most of the work of reading it. What is written
 in another way is read as a tree.
 """
 
@@ -20,15 +21,19 @@ _ELEMENT = re.compile(
 _RAIL = re.compile(
     rf"{_PLACE}()(?:{_POINT.format(side='In', wires=_WIRES)})*+{_OUT}()</(leftPowerRail|rightPowerRail)>",
     re.VERBOSE)
-PLACE, WIRES, WORDS, END = 1, 2, 3, 4
-"""The groups: attributes of the position, the wires to the one input, the variable, the tag that ends."""
+_DECLARED = re.compile(
+    r"""()()((?!))?\s*+<type>\s*+(?:<derived[ ]name="(?P<derived>[A-Za-z_]\w*+)"/>|(?P<elementary><[A-Z]++/>))
+        \s*+</type>\s*+</(variable)>""", re.VERBOSE | re.ASCII)
+PLACE, WIRES, WORDS = 1, 2, 3
+"""The groups: attributes of the position, the wires to the one input, the variable; the last is the tag that
+ends. A declared variable has none of the three, but a `derived` name or an `elementary` type."""
 
-TAGS = ("contact", "coil", "leftPowerRail", "rightPowerRail")
-_OF_TAG = dict(zip(TAGS, (_ELEMENT, _ELEMENT, _RAIL, _RAIL)))
+TAGS = ("contact", "coil", "leftPowerRail", "rightPowerRail", "variable")
+_OF_TAG = dict(zip(TAGS, (_ELEMENT, _ELEMENT, _RAIL, _RAIL, _DECLARED)))
 
 
 def inside(tag: str, text: str, start: int, end: int) -> re.Match[str] | None:
     """All that follows the start tag of an element, up to its end tag; None when it is not the usual."""
     pattern = _OF_TAG.get(tag)
     found = pattern.match(text, start, end) if pattern is not None else None
-    return found if found is not None and found[END] == tag else None
+    return found if found is not None and found[found.lastindex] == tag else None
