@@ -35,6 +35,16 @@ class TaskTooLong(Exception):
         super().__init__(f"one execution takes {milliseconds(lasts)} ms, {allowed}")
 
 
+class TaskOverdue(Exception):
+    """Executions of a task have missed some periods, of ``period_ns`` each, since the last one that ended in
+    time; the longest one took ``worst_ns`` so far."""
+
+    def __init__(self, missed: int, period_ns: int, worst_ns: int) -> None:
+        self.missed, self.period_ns, self.worst_ns = missed, period_ns, worst_ns
+        super().__init__(f"{missed} periods of {milliseconds(period_ns)} ms missed in a row, "
+                         f"the longest execution takes {milliseconds(worst_ns)} ms so far")
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """A place in the code: the POU, the key of the rung and the number of the instruction in it."""
@@ -69,7 +79,8 @@ class Fault:
         """The fault as a finding on the rung element that it happened in."""
         primary = None
         if self.place.span:
-            primary = Label(self.place.span, f"in scan {self.scan}, rung {self.place.rung} of {self.place.pou}")
+            where = f"in scan {self.scan}, rung {self.place.rung} of {self.place.pou}"
+            primary = Label(self.place.span, where)
         called = tuple(Label(p.span, f"called from rung {p.rung} of {p.pou}") for p in self.calls if p.span)
         where = "" if primary else f" in {self.place}, scan {self.scan}"
         message = f"task {self.task} stopped: {self.message}{where}"
@@ -80,7 +91,7 @@ FAULTS = (DivisionByZero, ZeroDivisionError, IndexOutOfRange, WatchdogExpired)
 
 
 def describe(error: Exception) -> tuple[str, str, str]:
-    """Code, message and help of an exception in ``FAULTS``, or of TaskTooLong; others are bugs, not faults."""
+    """Code, message and help of an exception in ``FAULTS``, of TaskTooLong or TaskOverdue; others are bugs."""
     match error:
         case IndexOutOfRange():
             return ("LD0802", f"array {error}",
@@ -91,6 +102,9 @@ def describe(error: Exception) -> tuple[str, str, str]:
         case TaskTooLong():
             return ("LD0831", f"watchdog: {error}",
                     "give it less to do or a higher priority, or a longer `watchdog` in [tasks]")
+        case TaskOverdue():
+            return ("LD0844", f"watchdog: {error}",
+                    "give it less to do or a longer period; `ldc run --timing -` shows how long it takes")
         case DivisionByZero() | ZeroDivisionError():
             return ("LD0801", "division by zero",
                     "test the divisor before, as in `[b <> 0] [a / b > 2]`, or draw the function with ENO")

@@ -15,9 +15,10 @@ from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
 from ldc.il.placement import NoRoom, Placed, placed, points, same_body
 from runtime.cost import Cost
-from runtime.faults import Fault
+from runtime.faults import Fault, TaskOverdue
 from runtime.field import Field
 from runtime.machine import Machine
+from runtime.master.findings import LinkFault, ScanOverdue
 from runtime.master.part import MasterPart
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller, Loaded
@@ -25,8 +26,8 @@ from runtime.processors.invariants import Entry as Trace
 from runtime.processors.invariants import Snapshot
 from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
 from runtime.scheduler.report import Row, rows
-from runtime.scheduler.scheduler import Scheduler
-from runtime.scheduler.thread import Entry, Thread
+from runtime.scheduler.scheduler import OVERRUNS, Scheduler
+from runtime.scheduler.thread import Entry, Thread, Work
 from runtime.slave.algorithm import Maker
 from runtime.slave.part import SlavePart
 from runtime.timing import Executions
@@ -35,7 +36,7 @@ from runtime.units import UnitEvent
 class Plant(Protocol):
     """What is simulated around the controller. It knows nothing but the field and the time, in ns. One that
     has a method ``connect(field)`` is given the field of each program that takes over: the same words, other
-    points."""
+    points. One that has ``silences(number)`` tells which slaves do nothing now, as without power."""
 
     def step(self, now_ns: int, dt_ns: int) -> None: ...
 
@@ -148,6 +149,11 @@ class System:
         """Of tasks of the master, then of algorithms in IL on the slaves."""
         return (*self.machine.faults, *(error.fault for part in self.slaves for error in part.faults))
 
+    @property
+    def findings(self) -> tuple[Fault | LinkFault | ScanOverdue, ...]:
+        """All that people are to be told when the run ends."""
+        return (*self.faults, *self.master.findings)
+
     def now(self) -> int:
         """The time in ns."""
         return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
@@ -201,7 +207,10 @@ class System:
                 self._scheduler.raise_event(0, "communication")
 
         def control_in_pieces(now: int) -> Iterator[int]:
-            yield from part.pieces(self._executions.begin, self._began + now)
+            for cost in part.pieces(self._executions.begin, self._began + now):
+                if part.safety.late:
+                    self._guard()
+                yield cost
             if part.busy:
                 self._scheduler.raise_event(0, "communication")
 
@@ -211,10 +220,16 @@ class System:
                 if self._flags.by_master(slave.part.number):
                     self._scheduler.raise_event(slave.index, "communication")
 
-        return [Thread("communication", "communication", None, communication),
-                Thread("control", "control", self.machine.period_ns,
-                       control if self._executions is None else control_in_pieces),
-                Thread("customised", "customised", None, lambda now: part.customised())]
+        def overdue(now: int) -> None:
+            worst = max(scan.counts.worst, now - scan.released)
+            if part.overdue(TaskOverdue(OVERRUNS, scan.period_ns, worst)):
+                self._scheduler.raise_event(0, "emergency")
+
+        scan = Thread("control", "control", self.machine.period_ns,
+                      control if self._executions is None else control_in_pieces, on_watchdog=overdue)
+        return [Thread("emergency", "emergency", None, lambda now: part.safety.trip()),
+                Thread("communication", "communication", None, communication),
+                scan, Thread("customised", "customised", None, lambda now: part.customised())]
 
     def _slave_threads(self, slave: _Slave) -> list[Thread]:
         part = slave.part
@@ -234,9 +249,19 @@ class System:
             if part.waiting:
                 self._scheduler.raise_event(slave.index, "communication")
 
-        return [Thread("emergency", "emergency", None, lambda now: part.emergency()),
-                Thread("communication", "communication", None, communication),
-                Thread("algorithm", "algorithm", None, algorithm)]
+        def powered(work: Work) -> Work:
+            silences = getattr(self._plant, "silences", None)
+            return work if silences is None else lambda now: None if silences(part.number) else work(now)
+
+        return [Thread("emergency", "emergency", None, powered(lambda now: part.emergency())),
+                Thread("communication", "communication", None, powered(communication)),
+                Thread("algorithm", "algorithm", None, powered(algorithm))]
+
+    def _guard(self) -> None:
+        """Activates the emergency thread when the emergency stop has become TRUE in the middle of a scan. A
+        scan that takes no time has no middle: there it is looked at when a scan begins."""
+        if self.master.safety.called():
+            self._scheduler.raise_event(0, "emergency")
 
     def _emergency(self) -> None:
         for slave in self._slaves:
@@ -247,6 +272,9 @@ class System:
     def scan(self) -> None:
         """One scan of the master, and what else happens until the next one."""
         scheduler, slaves, plant = self._scheduler, self._slaves, self._plant
+        if self._executions is not None:
+            self.machine.latch()
+            self._guard()
         end = scheduler.now_ns + self.machine.period_ns
         while True:
             now = scheduler.next_ns
@@ -269,6 +297,8 @@ class System:
         if self._plant is not None and self._plant_due <= now:
             self._plant.step(self._began + now, self._plant_ns)
             self._plant_due += self._plant_ns
+            if self._executions is not None:
+                self._guard()
         due = [slave for slave in self._slaves if slave.due is not None and slave.due <= now]
         if due:
             scheduler.run(now)

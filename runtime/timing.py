@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Mapping, MutableSequence
 from operator import length_hint
 
 from runtime.cost import Cost, Costs
-from runtime.faults import Place, TaskTooLong
+from runtime.faults import Place, TaskOverdue, TaskTooLong
 from runtime.machine import Machine, Schedule
 from runtime.scheduler.report import Row, rows
-from runtime.scheduler.scheduler import Scheduler
+from runtime.scheduler.scheduler import OVERRUNS, Scheduler
 from runtime.scheduler.thread import Entry, Thread, Work
 from runtime.vm import paced
 
@@ -47,6 +47,19 @@ class Executions:
         limit = self._watchdogs.get(schedule.task.name.upper())
         return pieces if limit is None else _Watched(pieces, self, schedule, limit)
 
+    def place(self, schedule: Schedule, pieces: Iterator[int] | None) -> Place:
+        """The rung of an execution that was executed last; of a task in one piece, or one that has not begun,
+        its last one."""
+        while isinstance(pieces, _Watched):
+            pieces = pieces.pieces
+        if isinstance(pieces, paced.Pieces):
+            return pieces.place
+        machine = self.machine
+        run = machine.program.resources[machine.resource].runs[schedule.runs[-1]]
+        unit = machine.program.unit(run.pou)
+        key, span = (unit.rungs[-1].key, unit.rungs[-1].span) if unit.rungs else ("", None)
+        return Place(unit.name, key, -1, -1, span)
+
     def _whole(self, schedule: Schedule, now_ns: int) -> Iterator[int]:
         deque(self.machine.pieces(schedule, now_ns), maxlen=0)
         return iter((self._totals[schedule.task.name],))
@@ -56,7 +69,7 @@ class _Watched:
     """The pieces of an execution that may last ``limit`` ns from its first piece."""
 
     def __init__(self, pieces: Iterator[int], by: Executions, schedule: Schedule, limit: int) -> None:
-        self._pieces, self._by, self._schedule, self._limit = pieces, by, schedule, limit
+        self.pieces, self._by, self._schedule, self._limit = pieces, by, schedule, limit
         self._began: int | None = None
 
     def _lasts(self) -> int:
@@ -69,26 +82,16 @@ class _Watched:
 
     def __length_hint__(self) -> int:
         # One that ended too late has to be asked once more, for its fault.
-        return length_hint(self._pieces, 1) or self._lasts() > self._limit
+        return length_hint(self.pieces, 1) or self._lasts() > self._limit
 
     def __next__(self) -> int:
         lasts = self._lasts()
         if lasts > self._limit and not self._schedule.stopped:
             error = TaskTooLong(lasts, self._limit)
-            self._by.machine.stop(self._schedule, error, (self._place(),))
+            self._by.machine.stop(self._schedule, error, (self._by.place(self._schedule, self.pieces),))
         if self._schedule.stopped:
             raise StopIteration
-        return next(self._pieces)
-
-    def _place(self) -> Place:
-        """The rung that was executed last; of a task in one piece its last one."""
-        if isinstance(self._pieces, paced.Pieces):
-            return self._pieces.place
-        machine = self._by.machine
-        run = machine.program.resources[machine.resource].runs[self._schedule.runs[-1]]
-        unit = machine.program.unit(run.pou)
-        key, span = (unit.rungs[-1].key, unit.rungs[-1].span) if unit.rungs else ("", None)
-        return Place(unit.name, key, -1, -1, span)
+        return next(self.pieces)
 
 
 class Timing:
@@ -98,8 +101,7 @@ class Timing:
                  log: MutableSequence[Entry] | None = None) -> None:
         self.machine = machine
         self._executions = Executions(machine, cost, watchdogs or {}, lambda: self.scheduler.now_ns)
-        self.threads = tuple(Thread(s.task.name, "control", None, self._work(s), priority=s.task.priority)
-                             for s in machine.schedules)
+        self.threads = tuple(map(self._thread, machine.schedules))
         self.scheduler = Scheduler([self.threads], log)
         self.scheduler.now_ns = self._began = machine.now_ns
 
@@ -119,6 +121,17 @@ class Timing:
         machine = self.machine
         processor = machine.program.resources[machine.resource].processor
         return rows(processor, self.threads, self.scheduler.now_ns, self._began)
+
+    def _thread(self, schedule: Schedule) -> Thread:
+        def overdue(now_ns: int) -> None:
+            """R3: the task is stopped at its next rung."""
+            lasts, period = now_ns - thread.released, schedule.task.interval or self.machine.period_ns
+            error = TaskOverdue(OVERRUNS, period, max(thread.counts.worst, lasts))
+            self.machine.stop(schedule, error, (self._executions.place(schedule, thread.pieces),))
+
+        thread = Thread(schedule.task.name, "control", None, self._work(schedule),
+                        priority=schedule.task.priority, on_watchdog=overdue)
+        return thread
 
     def _work(self, schedule: Schedule) -> Work:
         def work(now_ns: int) -> Iterator[int] | None:

@@ -242,20 +242,47 @@ def test_the_same_run_is_the_same_file(project: Path, capsys) -> None:
 
 @native.needs_gcc
 @pytest.mark.parametrize(("cost", "overruns"), [("3us", 0), ("20us", 30)])
-def test_a_master_with_slaves_takes_time_too(tmp_path: Path, monkeypatch, cost: str, overruns: int) -> None:
-    """A scan of about 840 instructions; in time it does what it does at once, else every other scan is missed."""
+def test_a_master_with_slaves_takes_time_too(
+        tmp_path: Path, monkeypatch, capfd, cost: str, overruns: int) -> None:
+    """A scan of about 840 instructions; in time the logic does what it does at once (slaves are told 3 ms later),
+    else every other scan is missed, and the watchdog ends everything."""
     shutil.copytree(SAMPLES / "injection_machine", tmp_path / "machine")
     monkeypatch.chdir(tmp_path / "machine")
     assert main(["run", ".", "--scans", "60", "--trace", "before.csv"]) == 0
     with Path("ldc.toml").open("a", encoding="utf-8") as file:
         file.write(f'\n[cost]\ninstruction = "{cost}"\n')
-    assert main(["run", ".", "--scans", "60", "--trace", "after.csv", "--timing", "t.csv"]) == 0
+    status = main(["run", ".", "--scans", "60", "--trace", "after.csv", "--timing", "t.csv"])
+    assert status == int(overruns > 0) and capfd.readouterr().err.count("LD0844") == status
     text = Path("t.csv").read_text(encoding="utf-8")
     rows = {row["task"]: row for row in csv.DictReader(io.StringIO(text)) if row["processor"] == "master"}
     assert int(rows["control"]["overruns"]) == int(rows["control"]["missed"]) == overruns
+    before, after = (list(csv.DictReader(Path(name).read_text(encoding="utf-8").splitlines()))
+                     for name in ("before.csv", "after.csv"))
     if not overruns:
-        assert Path("before.csv").read_bytes() == Path("after.csv").read_bytes()
-    assert len(Path("after.csv").read_text(encoding="utf-8").splitlines()) == 61
+        logic = [name for name in before[0] if "position" not in name]
+        assert [[row[n] for n in logic] for row in before] == [[row[n] for n in logic] for row in after]
+    else:
+        assert {row["green"] for row in after[5:]} == {"0"}, "outputs are safe from the third miss on"
+    assert len(after) == 60
+
+
+def test_a_task_that_is_late_three_times_in_a_row_is_stopped_and_others_go_on() -> None:
+    """R3 on a machine alone: 12 ms of rungs every 10 ms; at the third missed period its outputs are safe."""
+    late = unit("PROGRAM", "late", [var("q", at="%QX0.0")], *["LD TRUE; ST q"] * 6)
+    fine = unit("PROGRAM", "fine", [var("n", INT)], "LD n; ADD 1; ST n")
+    tasks = (Task("slow", 10 * MS, 5), Task("quick", 100 * MS, 0))
+    source = program(late, fine, tasks=tasks, runs=(Run("late", "late", "slow"), Run("fine", "fine", "quick")))
+    timing = timed(source, Cost(instruction=1 * MS))
+    lamps = []
+    for _ in range(40):
+        timing.scan()
+        lamps.append(timing.machine.get("late.q"))
+    (fault,) = timing.machine.faults
+    assert (fault.code, fault.task) == ("LD0844", "slow")
+    assert "3 periods of 10 ms missed in a row" in fault.message
+    scan = fault.scan
+    assert all(lamps[:scan]) and not any(lamps[scan:])
+    assert timing.machine.get("fine.n") == 4
 
 
 def test_timing_without_a_cost_is_refused(project: Path, capsys) -> None:

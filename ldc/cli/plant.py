@@ -47,12 +47,17 @@ class Plant:
             parameters = json.loads(Path(setting.parameters).read_bytes())
         self._plant = self._guarded("cannot be made", lambda: kind(field, parameters, setting.seed))
         self._step: Callable[[int, int], object] = self._plant.step
+        self.silences = self._silences if hasattr(self._plant, "silent") else None
 
     def connect(self, field: Field) -> None:
         """Another program has taken over: the plant may find further points. Not every plant asks."""
         connect = getattr(self._plant, "connect", None)
         if connect is not None:
             self._guarded("cannot be made", lambda: connect(field))
+
+    def _silences(self, slave: int) -> bool:
+        """Whether the plant has taken the power from a slave."""
+        return bool(self._guarded("cannot tell which slaves are silent", lambda: slave in self._plant.silent))
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """One step of the simulation."""

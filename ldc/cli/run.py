@@ -182,7 +182,7 @@ def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
     if cost:
         times.tell(whole.rows(), options.timing)
-    return report((fault.diagnostic() for fault in whole.faults), locator(result))
+    return report((found.diagnostic() for found in whole.findings), locator(result))
 
 
 def start(

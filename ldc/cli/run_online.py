@@ -94,8 +94,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             server.values.scanned()
             beat()
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(machine.now_ns)} ms of the program's time")
-    faults = machine.faults if system is None else system.faults
-    return report((fault.diagnostic() for fault in faults), locator(result))
+    findings = machine.faults if system is None else system.findings
+    return report((found.diagnostic() for found in findings), locator(result))
 
 
 @contextmanager

@@ -84,7 +84,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(whole.passed_ns)} ms of real time")
     for line in lateness.told(processors):
         say(line)
-    status = report((fault.diagnostic() for fault in machine.faults), locator(result))
+    findings = (*machine.faults, *whole.loop.findings)
+    status = report((found.diagnostic() for found in findings), locator(result))
     return max(status, int(whole.broken or not drawn))
 
 

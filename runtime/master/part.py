@@ -13,18 +13,20 @@ from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
 from ldc.il.placement import Placed
 from runtime import units
+from runtime.faults import TaskOverdue
 from runtime.machine import Machine, Schedule
+from runtime.master.findings import WATCHDOG, LinkFault, ScanOverdue
 from runtime.master.mail import Mail
-from runtime.master.modules import Life, Modules
+from runtime.master.modules import Modules
 from runtime.master.proxy import Proxy, Told
+from runtime.master.safety import Safety
 from runtime.master.sequence import Customised, Started
+from runtime.master.standing import Standing
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
-from runtime.processors.states import MASTER, Master, MasterEvent, follow
-from runtime.protocol.check import Code
+from runtime.processors.states import SLAVE_FAULTS, Master
 from runtime.protocol.envelope import Command
-from runtime.protocol.memory import Memory, bit
-from runtime.symbols import Symbol
+from runtime.protocol.memory import Memory
 from runtime.units import UnitEvent
 
 T_ACK_NS = 5_000_000
@@ -34,16 +36,14 @@ T_ACK_NS = 5_000_000
 QUIET_NS = 100_000_000
 """How long an algorithm that executes may say nothing until its slave is asked whether it is there."""
 
-SLAVE_FAULTS = range(800, 900)
-"""What ``error`` of an algorithm in IL becomes by a fault, which is one of its whole slave: LD0801 is 801."""
-
 
 class MasterPart:
     """``runner``: what executes scans, a machine or the controller of online changes. ``note`` is given the
     units as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when
     an emergency begins, for those who reach the slaves without P; ``on_machine`` when a scan has brought
     another machine, to call ``change``. ``wiring``: inputs and outputs that a plant is wired to.
-    ``t_ack_ns``: after which a slave counts as silent. ``state``: as SPEC 5 has it."""
+    ``t_ack_ns``: after which a slave counts as silent. ``safety``: the state, and what the emergency thread
+    does. ``findings``: what people are to be told when the run ends, in the order in which it happened."""
 
     def __init__(self, runner: Machine | Controller, memory: Memory, placed: Sequence[Placed],
                  coordination: Coordination, note: Callable[[UnitEvent], None] | None,
@@ -51,10 +51,10 @@ class MasterPart:
                  on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None,
                  on_machine: Callable[[], None] = lambda: None, t_ack_ns: int = T_ACK_NS) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
-        self.state = Master.STOP
-        self.estop = False
-        self._note, self._now = note, now
-        self._on_emergency, self._on_machine, self._wiring = on_emergency, on_machine, wiring
+        self.safety = Safety(on_emergency, wiring)
+        self.findings: list[LinkFault | ScanOverdue] = []
+        self._tell = _teller(note, now)
+        self._on_machine, self._wiring = on_machine, wiring
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
         self._periods = -(-t_ack_ns // self.machine.period_ns) + 1
@@ -62,16 +62,12 @@ class MasterPart:
         self.proxies = tuple(map(self._proxy, placed))
         self.modules = Modules(memory, coordination.modules, self.proxies)
         self.mail = Mail(memory, coordination.messages, self.modules)
+        self._standing = Standing(memory, self.modules, self.proxies, self.mail, self._tell)
         self.customised_program: Customised | None = None
         # Those with transfers to serve, as they began; those of each slave by its word of flags.
         self._open: dict[Proxy, None] = {}
         self._lines: tuple[tuple[int, list[tuple[int, Proxy]]], ...] = ()
         self._fresh: dict[int, Proxy] = {}
-        self._held: list[tuple[Symbol, object]] = []
-        self._safety: Callable[[], tuple] = tuple
-        self._safety_before: tuple | None = None
-        self._reset_before = False
-        self._late = False
         self._scrubbed = 0
         self._bind(self.machine)
         if coordination.sequence is not None:
@@ -96,12 +92,13 @@ class MasterPart:
                 proxies.append(self._proxy(new))
         for gone in known.values():
             gone.give_up()
-            self._request(gone)
+            self._standing.request(gone)
         modules, mail = self.modules, self.mail
         self.proxies, self.coordination = tuple(proxies), together
         self.modules = Modules(self.memory, together.modules, self.proxies)
         self.modules.take_over(modules)
         self.mail = Mail(self.memory, together.messages, self.modules)
+        self._standing = Standing(self.memory, self.modules, self.proxies, self.mail, self._tell)
         self._bind(machine)
         self.mail.take_over(mail)
         self._change_sequence(together)
@@ -137,12 +134,17 @@ class MasterPart:
         self.mail.bind(machine)
         if self._wiring is not None:
             self._wiring.bind(machine)
-        said = self.coordination
-        wanted = machine.find(path for path in (said.estop, said.reset) if path)
-        self._safety, self._safety_before = machine.reader(wanted), None
-        self._late = any(symbol.area != "I" for symbol in wanted)
-        if self._held:
-            self._hold_all()
+        self.safety.bind(machine, self.coordination)
+
+    @property
+    def state(self) -> Master:
+        """As SPEC 5 has it."""
+        return self.safety.state
+
+    @property
+    def estop(self) -> bool:
+        """The emergency stop is TRUE, as far as the master knows."""
+        return self.safety.estop
 
     # ---- control thread --------------------------------------------------------------------------
 
@@ -156,9 +158,12 @@ class MasterPart:
         """One scan of code that takes time, piece by piece, and what each cost in ns. Whoever counts the
         scans ends that of the machine. ``execution``: of a task; ``now_ns``: what timers see."""
         self._begin()
-        machine = self.machine
+        machine, safety = self.machine, self.safety
         for pieces in [execution(schedule, now_ns) for schedule in machine.begin()]:
-            yield from pieces
+            for cost in pieces:
+                if safety.held:
+                    safety.force()  # an emergency may have begun between two rungs
+                yield cost
         machine.settle()
         self._end()
 
@@ -175,7 +180,7 @@ class MasterPart:
         if self._wiring is not None:
             self._wiring.before()
         self.machine.latch()
-        self._look_at_safety()
+        self._look()
         if self._sequence_goes_on:
             for event in self.customised_program.control():
                 if isinstance(event, Started):
@@ -194,18 +199,20 @@ class MasterPart:
             if detail is not None:
                 self._tell(units.C_FEEDBACK, proxy.placed.aid, detail)
             if detail == "end":
-                self._request(proxy)
+                self._standing.request(proxy)
                 self.mail.raise_system("ALG_DONE", proxy.placed.aid)
             if proxy.error in SLAVE_FAULTS:
-                self._slave_fault(proxy)
+                self._standing.slave_fails(proxy)
 
     def _end(self) -> None:
         self._tell(units.C_LOGIC)
         if _machine(self.runner) is not self.machine:
             self._on_machine()
         self.mail.fall()
-        if self._late:
-            self._look_at_safety()
+        if self.safety.late:
+            self._look()
+        else:
+            self._stand()
         for proxy in self.proxies:
             command = proxy.look()
             if command is not None:
@@ -217,13 +224,10 @@ class MasterPart:
         for message, outcome in self.mail.broadcast():
             self._tell(units.C_BCAST, message.flag - _MSGF, outcome.value)
         self.mail.handle(lambda message, _: self._tell(units.C_MSG, message.flag - _MSGF))
-        if self.state is not Master.ERROR:
-            working = self.modules.working or any(proxy.executing for proxy in self.proxies)
-            event = MasterEvent.MODULES if working else MasterEvent.NO_MODULES
-            self.state = follow(MASTER, self.state, (event,))
+        self.safety.work(self.modules.working or any(proxy.executing for proxy in self.proxies))
         self.modules.force()
-        for symbol, value in self._held:
-            self.machine.assign(symbol, value)
+        if self.safety.held:
+            self.safety.force()
         if self._wiring is not None:
             self._wiring.after()
 
@@ -232,16 +236,7 @@ class MasterPart:
         if life is not None:
             self._tell(units.C_START, life.module.index)
         self._tell(units.C_SEND, proxy.placed.aid, command.name)
-        self._request(proxy)
-
-    def _request(self, proxy: Proxy) -> None:
-        """AFR: the algorithm has been asked for and has not ended."""
-        word, mask = bit(_AFR + proxy.placed.aid - 1)
-        (self.memory.bits.set if proxy.executing else self.memory.bits.clear)(word, mask)
-
-    def _tell(self, unit: str, index: int = 0, detail: str = "") -> None:
-        if self._note is not None:
-            self._note(UnitEvent(self._now(), "master", unit, index, detail))
+        self._standing.request(proxy)
 
     @property
     def busy(self) -> bool:
@@ -281,94 +276,57 @@ class MasterPart:
         if told is Told.FEEDBACK:
             self._fresh[proxy.placed.aid] = proxy
         elif told is Told.STOPPED:
-            self._request(proxy)
+            self._standing.request(proxy)
         elif told is Told.FAULT:
-            self._p_fault(proxy)
+            self.findings.append(self._standing.link_fails(proxy, self.machine))
 
-    # ---- faults ----------------------------------------------------------------------------------
+    # ---- emergency -------------------------------------------------------------------------------
 
-    def _p_fault(self, proxy: Proxy) -> None:
-        """P has given a transfer up: the module stands, its outputs are safe, the others go on (SPEC 2.5)."""
-        self._request(proxy)
-        proxy.tell_error(proxy.fault)
-        for life in self.modules.lives:
-            if proxy in life.proxies:
-                self._abort(life)
-        self.mail.raise_system("P_FAULT", proxy.placed.aid | proxy.fault << 16)
+    def overdue(self, error: TaskOverdue) -> bool:
+        """The watchdog of the control thread: whether the emergency thread is to end everything, as nothing
+        has done that yet (SPEC 6.1 R3)."""
+        if self.state is Master.ERROR:
+            return False
+        self.findings.append(ScanOverdue(error, self.machine.scans, self.machine.now_ns))
+        self.safety.demand(WATCHDOG)
+        return True
 
-    def _slave_fault(self, proxy: Proxy) -> None:
-        """A slave is in `serror`: all that it executed has ended, without a word of each algorithm."""
-        for other in self.proxies:
-            if other.placed.slave == proxy.placed.slave:
-                other.give_up()
-                self._request(other)
-        for life in self.modules.lives:
-            if not life.stands and any(proxy.blocked for proxy in life.proxies):
-                self._abort(life)
-        self.mail.raise_system("ALARM", proxy.error << 16 | proxy.placed.aid)
-
-    def _abort(self, life: Life) -> None:
-        if self.memory.bits.test(life.word, life.mask):
-            self.modules.clear(life)
-            self._tell(units.C_END, life.module.index, "abort")
-        for proxy in life.proxies:
-            proxy.blocked = True
-            proxy.stop()
-        self.modules.hold(life)
-
-    def _look_at_safety(self) -> None:
-        now = self._safety()
-        if now == self._safety_before:
-            return
-        self._safety_before = now
-        estop = self.coordination.estop is not None and bool(now[0])
-        if estop and not self.estop:
-            self.emergency()
-        self.estop = estop
-        reset = self.coordination.reset is not None and bool(now[-1])
-        if reset and not self._reset_before:
+    def _look(self) -> None:
+        if self.safety.look():
+            self._stand()
             self.reset()
-        self._reset_before = reset
+        else:
+            self._stand()
 
-    def emergency(self) -> None:
-        """Everything stands: no module is in work, no algorithm is wanted, all outputs are safe, until
-        ``reset``."""
-        self.estop = True
-        self.state = follow(MASTER, self.state, (MasterEvent.ESTOP,))
-        for life in self.modules.lives:
-            self.modules.clear(life)
-            self.modules.hold(life)
-        for proxy in self.proxies:
-            proxy.give_up()
-            self._request(proxy)
-        self.mail.clear()
-        self._hold_all()
-        self._on_emergency()
-        self.mail.raise_system("ESTOP")
-
-    def _hold_all(self) -> None:
-        self._held = self.machine.safe_values(range(len(self.machine.layout.programs)))
+    def _stand(self) -> None:
+        """Ends what an emergency ends, once it has begun."""
+        causes = self.safety.taken()
+        if causes:
+            self._standing.everything(causes)
 
     def reset(self) -> None:
         """Acknowledges faults, by a person; nothing happens while the emergency lasts. Links that stand are
         made new, slaves in `serror` leave it, modules can be started again; the sequence begins anew."""
         if self.estop:
             return
-        self.state = follow(MASTER, self.state, (MasterEvent.ACKNOWLEDGE,))
-        faulty = {p.placed.slave for p in self.proxies if p.blocked or p.fault is not Code.OK}
-        if self.customised_program is not None and (self._held or faulty):
+        stood, renewed = self.safety.acknowledge(), self._standing.release()
+        if self.customised_program is not None and (stood or renewed):
             self.customised_program.reset()
-        self._held = []
-        self.modules.release()
-        for proxy in self.proxies:
-            if proxy.placed.slave in faulty:
-                proxy.renew()
-                self._open[proxy] = None
+        self._open |= dict.fromkeys(renewed)
+
+
+def _teller(note: Callable[[UnitEvent], None] | None, now: Callable[[], int]
+            ) -> Callable[[str, int, str], None]:
+    """Gives units of the master to whoever listens."""
+    def tell(unit: str, index: int = 0, detail: str = "") -> None:
+        if note is not None:
+            note(UnitEvent(now(), "master", unit, index, detail))
+
+    return tell
 
 
 def _machine(runner: Machine | Controller) -> Machine:
     return runner.machine if isinstance(runner, Controller) else runner
 
 
-_AFR = areas()["AFR"].base
 _MSGF = areas()["MSGF"].base

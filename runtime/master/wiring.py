@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 
 from runtime.field import Field
 from runtime.machine import Machine
+from runtime.symbols import Symbol
 
 
 class Wiring:
@@ -16,7 +17,7 @@ class Wiring:
     def __init__(self, field: Field, points: Iterable[str]) -> None:
         self._field, self._points = field, tuple(points)
         self._machine: Machine | None = None
-        self._inputs: list[tuple[Callable[[], object], object]] = []
+        self._inputs: list[tuple[Callable[[], object], Symbol]] = []
         self._outputs: tuple[Callable[[object], None], ...] = ()
         self._read: Callable[[], tuple] = tuple
         self._given: list[object] = []
@@ -33,6 +34,11 @@ class Wiring:
         self._outputs = tuple(self._field.writer(point) for point, _ in outputs)
         self._read = machine.reader(s for _, s in outputs)
         self._shown = ()
+
+    def input(self, symbol: Symbol) -> Callable[[], object] | None:
+        """What reads the point of an input at the plant, None when it is not wired."""
+        place = symbol.home, symbol.keys, symbol.bit
+        return next((read for read, s in self._inputs if (s.home, s.keys, s.bit) == place), None)
 
     def before(self) -> None:
         """Inputs of the machine get what the plant has written, as far as it has changed."""

@@ -38,6 +38,10 @@ class Algorithm(IntEnum):
     ERROR = 3
 
 
+SLAVE_FAULTS = range(800, 900)
+"""What ``error`` of an algorithm in IL becomes by a fault, which is one of its whole slave: LD0801 is 801."""
+
+
 class MasterEvent(Enum):
     """``MODULES``: a start bit of a module is 1; ``NO_MODULES``: none is any more; ``ACKNOWLEDGE``: by a
     person, counts when every slave is in ``sstop`` or ``serror``."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from runtime.machine import Machine
+from runtime.master.findings import LinkFault, ScanOverdue
 from runtime.master.part import MasterPart
 from runtime.realtime.board import Board
 from runtime.realtime.pace import Pace
@@ -44,6 +45,11 @@ class MasterLoop:
     def over(self) -> bool:
         """The plant has ended: there is nothing to control any more."""
         return any(each.slave is None and each.child.status is not None for each in self._watched)
+
+    @property
+    def findings(self) -> tuple[LinkFault | ScanOverdue, ...]:
+        """What people are to be told when the run ends, beside the faults of tasks."""
+        return () if self._part is None else tuple(self._part.findings)
 
     def until(self, ended: Callable[[], bool]) -> None:
         """What tells that somebody ends the run: waiting ends then."""

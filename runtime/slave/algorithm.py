@@ -26,6 +26,9 @@ from runtime.vm.memory import Memory
 NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
 """What ``error`` becomes for a local input that is no number, or outside of its range (SPEC 2.4)."""
 
+NO_ERROR = 15
+"""What ``error`` becomes when a component sets it to a number that only faults have (``SLAVE_FAULTS``)."""
+
 _ALONE, _IT = "ALONE", "it"
 _MOST = 0xFFFFFFFF
 

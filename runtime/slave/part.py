@@ -8,7 +8,8 @@ field.
 An algorithm executes from START until one of these:
 
 - an execution without power has changed neither its outputs nor its state: AFS = done, feedback;
-- ``error`` is not 0 after an execution, or an output is a number that cannot be sent: AFS = error, feedback;
+- ``error`` is not 0 after an execution (800 to 899, which only faults are, become 15), or an output is a
+  number that cannot be sent: AFS = error, feedback;
 - STOP, or RESET of its link: it ends at once, AFS = idle, and nothing is fed back;
 - a fault in its IL: AFS = error, feedback with the number of the fault (801 for LD0801), and the slave goes
   to ``serror``: all other algorithms end at once. So they do in an emergency, or when a link fails.
@@ -30,7 +31,15 @@ from ldc.il.placement import Placed
 from runtime import units
 from runtime.field import Field
 from runtime.processors.invariants import Executed, Took
-from runtime.processors.states import ALGORITHM, SLAVE, AlgorithmEvent, Slave, SlaveEvent, follow
+from runtime.processors.states import (
+    ALGORITHM,
+    SLAVE,
+    SLAVE_FAULTS,
+    AlgorithmEvent,
+    Slave,
+    SlaveEvent,
+    follow,
+)
 from runtime.processors.states import Algorithm as State
 from runtime.protocol.check import Situation
 from runtime.protocol.endpoint import Endpoint
@@ -39,7 +48,7 @@ from runtime.protocol.memory import Memory
 from runtime.protocol.profile import U_STAR, Link, Profile, channel
 from runtime.protocol.receiver import Delivered
 from runtime.protocol.sender import Fault
-from runtime.slave.algorithm import NOT_A_NUMBER, AlgorithmFault, Maker
+from runtime.slave.algorithm import NOT_A_NUMBER, NO_ERROR, AlgorithmFault, Maker
 from runtime.slave.slot import Slot, executing
 from runtime.units import UnitEvent
 
@@ -51,8 +60,8 @@ class SlavePart:
     """``placed``: the algorithms of the project, of which those of slave ``number`` are taken; ``makers`` by
     names of units in capitals (``algorithm.makers``). ``note`` is given the units as they are executed,
     ``seen`` what invariants ask for; None: nobody listens. ``now``: the time in ns. ``scan_ns``: of the
-    master; feedback goes out no more often. ``ack_periods``: milliseconds without an answer until a transfer
-    is repeated.
+    master, which begins its scans at multiples of it; feedback goes out no more often. ``ack_periods``:
+    milliseconds without an answer until a transfer is repeated.
 
     ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
     what makers raise.
@@ -60,7 +69,7 @@ class SlavePart:
 
     def __init__(self, number: int, memory: Memory, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  field: Field, note: Callable[[UnitEvent], None] | None, now: Callable[[], int], *,
-                 seen: Callable[[Took | Executed], None] | None = None, scan_ns: int = 0,
+                 scan_ns: int, seen: Callable[[Took | Executed], None] | None = None,
                  ack_periods: int = 5, profile: Profile = U_STAR) -> None:
         self.number, self.name, self.memory, self.field = number, PROCESSORS[number], memory, field
         self.state = Slave.STOP
@@ -249,11 +258,11 @@ class SlavePart:
             self._fault(slot, fault)
             return
         if algorithm.error:
-            self._error(slot, algorithm.error)
+            self._error(slot, NO_ERROR if algorithm.error in SLAVE_FAULTS else algorithm.error)
         elif not goes_on:
             self._end(slot, AlgorithmEvent.DONE)
-        elif slot.tell or now >= slot.feed_at:
-            slot.feed_at = now + self._scan_ns
+        elif slot.tell or slot.due >= (now // self._scan_ns + 1) * self._scan_ns:
+            # The last execution before the next scan: its logic sees what is at most a period old.
             slot.tell = slot.tell or algorithm.outputs() != slot.sent[:-2]
         if slot.tell and slot.endpoint.ready:
             self._feed(slot)
@@ -289,8 +298,8 @@ class SlavePart:
 
     def _fault(self, slot: Slot, fault: AlgorithmFault) -> None:
         now = self._now()
-        scan = now // self._scan_ns if self._scan_ns else fault.fault.scan
-        fault.fault = replace(fault.fault, task=f"{slot.placed.path} on {self.name}", scan=scan, now_ns=now)
+        fault.fault = replace(fault.fault, task=f"{slot.placed.path} on {self.name}",
+                              scan=now // self._scan_ns, now_ns=now)
         self.faults.append(fault)
         slot.faulty = True
         self._error(slot, fault.error)

@@ -32,11 +32,10 @@ class Slot:
     """``live``: it was started and has not ended; ``begun``: it has been executed since; ``first``: the next
     execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer
     whose parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made
-    anew. ``tell``: feedback is to go out, ``sent`` what went out last, ``feed_at``: when it is looked at
-    again."""
+    anew. ``tell``: feedback is to go out, ``sent`` what went out last."""
 
     __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last",
-                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "feed_at", "_memory", "_taken",
+                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "_memory", "_taken",
                  "_fed", "_values", "_afs")
 
     def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory
@@ -45,7 +44,7 @@ class Slot:
         self.algorithm = maker(placed, field)
         self.mask = 1 << placed.slot
         self.live = self.begun = self.first = self.fresh = self.faulty = self.tell = False
-        self.due = self.last = self.seq = self.error = self.feed_at = 0
+        self.due = self.last = self.seq = self.error = 0
         self.state = State.IDLE
         self.sent: tuple = ()
         self._memory, self._afs = memory, bit(_AFS + 2 * placed.slot)

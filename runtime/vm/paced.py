@@ -129,7 +129,7 @@ class Pieces:
         return self._body is not None
 
     def __next__(self) -> int:
-        if self._body is None:
+        if self._body is None or self._schedule.stopped:
             raise StopIteration
         namespace, meter = self._namespace, self._meter
         namespace[NOW], namespace[FIRST_SCAN] = self._now, self._first
