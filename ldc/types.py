@@ -7,6 +7,8 @@ nanoseconds since 1970-01-01; strings are bytes (Latin-1), WSTRING is text.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ldc.records import record
 
 Scalar = bool | int | float | bytes | str
@@ -152,6 +154,24 @@ def storage(type_: Type) -> Type:
 def is_scalar(type_: Type) -> bool:
     """Whether a value of the type fits one IL operand (everything but arrays, structures, instances)."""
     return not isinstance(type_, Array | Struct | Instance)
+
+
+def blocks_in(type_: Type) -> Iterator[str]:
+    """The function blocks (capitals) that a value of the type holds instances of, or is one of; not those
+    inside of these."""
+    match type_:
+        case Instance(pou):
+            yield pou
+        case Array(element=element):
+            yield from blocks_in(element)
+        case Struct(fields=fields):
+            for member in fields:
+                yield from blocks_in(member.type)
+
+
+def holds_blocks(type_: Type) -> bool:
+    """Whether there are instances in a value of the type: such values have an identity and are not copied."""
+    return next(blocks_in(type_), None) is not None
 
 
 def default(type_: Type) -> Value:

@@ -97,7 +97,9 @@ class _Walk:
             inner = ()
             if isinstance(type_, Instance):
                 inner = self.layout.units[type_.pou.upper()].variables
-            self.known[type_] = any(v.retain or self.some(v.type) for v in inner if has_state(v))
+            members = type_.fields if isinstance(type_, Struct) else ()
+            self.known[type_] = any(v.retain or self.some(v.type) for v in inner if has_state(v)) or any(
+                self.some(f.type) for f in members)
         return self.known[type_]
 
     def inside(self, at: Symbol, more: str, key: Key, type_: Type) -> Symbol:

@@ -231,7 +231,6 @@ def test_the_second_declaration_shows_the_first_across_files() -> None:
     ("PROGRAM p VAR_TEMP t : TON; END_VAR END_PROGRAM", ["LD0217"]),
     ("FUNCTION f : INT VAR t : ARRAY [0..1] OF TON; END_VAR END_FUNCTION", ["LD0217"]),
     ("FUNCTION f : TON END_FUNCTION", ["LD0217"]),
-    ("TYPE s : STRUCT t : TON; END_STRUCT; END_TYPE", ["LD0217"]),
     ("PROGRAM q END_PROGRAM PROGRAM p VAR x : q; END_VAR END_PROGRAM", ["LD0218"]),
 ])
 def test_places(text: str, codes: list[str]) -> None:

@@ -44,7 +44,7 @@ class Declarations:
 
     def initial(self, value: Value | None, type_: Type) -> str:
         """`` := value``, or nothing when it is what the type begins with anyway."""
-        if value is None or isinstance(type_, Instance) and not value or value == default(type_):
+        if value is None or value == default(type_):
             return ""
         return f" := {initial_text(value, type_, self.pins)}"
 
@@ -64,7 +64,7 @@ class Declarations:
                     width = max((len(f.name) for f in fields), default=0)
                     for f in fields:
                         initial = self.initial(f.initial, f.type)
-                        yield f"        {f.name:<{width}} : {type_text(f.type)}{initial};"
+                        yield f"        {f.name:<{width}} : {self.type_of(f.type)}{initial};"
                     yield "    END_STRUCT;"
                 case Enum(name, values, default_):
                     first = next((n for n, v in values if v == default_), None)

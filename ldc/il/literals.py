@@ -8,7 +8,8 @@ from datetime import date, timedelta
 from itertools import groupby
 
 from ldc.types import (
-    INT, REAL, Array, Enum, Instance, Scalar, String, Struct, Subrange, Type, Value, storage,
+    INT, REAL, Array, Enum, Instance, Scalar, String, Struct, Subrange, Type, Value,
+    holds_blocks, storage,
 )
 
 _EPOCH = date(1970, 1, 1)
@@ -123,14 +124,29 @@ def initial_text(value: Value, type_: Type, pins: Pins) -> str:
     """
     match type_:
         case Array(element=element):
+            while len(value) > 1 and _unsaid(value[-1], element):
+                value = value[:-1]
             runs = [list(group) for _, group in groupby(value, key=repr)]
             return f"[{', '.join(_run_text(initial_text(run[0], element, pins), len(run)) for run in runs)}]"
         case Struct() | Instance():
             types = pins(type_.pou) if isinstance(type_, Instance) else {
                 f.name.upper(): f.type for f in type_.fields}
-            texts = (f"{name} := {initial_text(v, types[name.upper()], pins)}" for name, v in value)
+            texts = (f"{name} := {initial_text(v, types[name.upper()], pins)}" for name, v in value
+                     if not _unsaid(v, types[name.upper()]))
             return f"({', '.join(texts)})"
     return literal(value, type_)
+
+
+def _unsaid(value: Value, type_: Type) -> bool:
+    """Whether a value says nothing: that of instances whose pins begin as their types have it."""
+    match type_:
+        case Instance():
+            return not value
+        case Array(element=element):
+            return holds_blocks(element) and all(_unsaid(v, element) for v in value)
+        case Struct():
+            return holds_blocks(type_) and all(_unsaid(v, type_.field(name).type) for name, v in value)
+    return False
 
 
 def _run_text(text: str, count: int) -> str:

@@ -16,7 +16,7 @@ from ldc.model.type_findings import conversion_help, described
 from ldc.model.values import AnyEnum, Untyped, same, settle
 from ldc.source import Span
 from ldc.symbols import Variable
-from ldc.types import BOOL, Array, Enum, Instance, Struct, Type, is_scalar, storage
+from ldc.types import BOOL, Enum, Instance, Type, holds_blocks, is_scalar, storage
 
 # What needs no value in the accumulator, whatever was in it before.
 _FRESH = frozenset(("", "LD", "LDN", "JMP", "CAL", "RET", "RETURN"))
@@ -206,12 +206,7 @@ class Machine:
 
 def copied(type_: Type) -> bool:
     """Whether LD and ST move values of the type: of any but function blocks and what holds some."""
-    match type_:
-        case Array(element=element):
-            return copied(element)
-        case Struct(fields=fields):
-            return all(copied(f.type) for f in fields)
-    return not isinstance(type_, Instance)
+    return not holds_blocks(type_)
 
 
 def conversion_line(got: Type, wanted: Type, convert: str = "convert it by `") -> str:

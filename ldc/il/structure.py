@@ -23,7 +23,7 @@ from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
 from ldc.records import record
 from ldc.symbols import Location, Variable
-from ldc.types import BOOL, Instance, Type
+from ldc.types import BOOL, Type, holds_blocks
 
 DEEPEST = 40
 # Instructions that neither use the accumulator nor keep it.
@@ -151,7 +151,7 @@ class _Structure:
             if declared is not None and declared.location:
                 return "%" + declared.location.area
             # The instance that is executed may be a global one: its members are reached by two names.
-            instance = declared is None or isinstance(declared.type, Instance)
+            instance = declared is None or holds_blocks(declared.type)
             return _EVERYTHING if instance else "global " + name
         return "%" + self.located[name].area if name in self.located else name
 

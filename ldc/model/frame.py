@@ -14,7 +14,7 @@ from ldc.model.names import IL_WORDS, PREFIX, standard
 from ldc.model.type_table import DEEPEST, Known, TypeTable, complete
 from ldc.parser import ast
 from ldc.symbols import Location, Signature, Variable
-from ldc.types import BOOL, ELEMENTARY, Array, Elementary, Enum, Instance, Type, storage
+from ldc.types import BOOL, ELEMENTARY, Array, Elementary, Enum, Type, blocks_in, storage
 
 KINDS = {
     "VAR": "local", "VAR_INPUT": "input", "VAR_OUTPUT": "output", "VAR_IN_OUT": "in_out",
@@ -169,10 +169,9 @@ class Frame:
         return self._types[id(node)]
 
     def _type_allowed(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> bool:
-        """A function block needs a place that keeps its state."""
-        while isinstance(type_, Array):
-            type_ = type_.element
-        if not isinstance(type_, Instance):
+        """A function block needs a place that keeps its state, also within a structure."""
+        held = next(blocks_in(type_), None)
+        if held is None:
             return True
         if self.kind == "FUNCTION":
             where, help = "a FUNCTION", "a FUNCTION has no memory: make it a FUNCTION_BLOCK"
@@ -183,7 +182,7 @@ class Frame:
         else:
             return True
         findings.not_allowed_here(self.owner.diagnostics, node.span,
-                                  f"function block `{node.name}` in {where}", f"an instance of {type_}", help)
+                                  f"function block `{node.name}` in {where}", f"an instance of {held}", help)
         return False
 
     def _edge_allowed(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> bool:

@@ -12,7 +12,7 @@ from ldc.model.walk import callees, calls_in
 from ldc.parser import ast, sfc
 from ldc.parser.unread import UnreadPaths
 from ldc.source import Span
-from ldc.types import Array, Instance
+from ldc.types import blocks_in
 
 DEEPEST_CALLS = 100
 # Comments and strings are passed over; a word, and whether a bracket follows it.
@@ -68,11 +68,8 @@ def _callees(
 ) -> Iterator[tuple[str, Span | None]]:
     """The POUs of the project that ``pou`` uses, with one place where it does."""
     for variable in pou.variables.values():
-        type_ = variable.type
-        while isinstance(type_, Array):
-            type_ = type_.element
-        if isinstance(type_, Instance) and type_.pou in pous and variable.kind != "external":
-            yield type_.pou, variable.span
+        if variable.kind != "external":
+            yield from ((held, variable.span) for held in blocks_in(variable.type) if held in pous)
     if not functions:
         return
     for body in sfc.bodies(pou.body) if isinstance(pou.body, sfc.SfcBody) else (pou.body,):

@@ -22,7 +22,7 @@ from ldc.model.type_table import TypeTable
 from ldc.parser import ast, sfc
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
-from ldc.types import Array, Instance, Type
+from ldc.types import Type, blocks_in
 
 _PINS = ("input", "output", "in_out")
 
@@ -97,9 +97,9 @@ class _Resolver:
         used = dict(self._signatures)
         for variable in (v for scope in (global_variables, *(p.variables for p in self._built.values()))
                          for v in scope.values()):
-            pou = _instance_of(variable.type)
-            if pou is not None and pou not in used:
-                used[pou] = blocks.signature(pou)
+            for pou in blocks_in(variable.type):
+                if pou not in used:
+                    used[pou] = blocks.signature(pou)
         order = call_order(self._built, self.diagnostics)
         check_sizes(self._built, order, global_variables, self.diagnostics)
         model = Model(
@@ -172,10 +172,10 @@ class _Resolver:
         if node.kind != "FUNCTION" or node.result is None:
             return None
         known = frame.type_of(node.result)
-        if known is not None and isinstance(known.type, Instance | Array) and _instance_of(known.type):
+        if known is not None and (held := next(blocks_in(known.type), None)):
             findings.not_allowed_here(self.diagnostics, node.result.span,
                                       f"FUNCTION `{node.name}` returns a function block",
-                                      f"an instance of {_instance_of(known.type)}",
+                                      f"an instance of {held}",
                                       "return a value, or make it a FUNCTION_BLOCK")
             known = None
         if known is None:
@@ -189,12 +189,6 @@ class _Resolver:
 
 def _parameter(variable: Variable) -> Parameter:
     return Parameter(variable.name, variable.type, variable.initial)
-
-
-def _instance_of(type_: Type) -> str | None:
-    while isinstance(type_, Array):
-        type_ = type_.element
-    return type_.pou if isinstance(type_, Instance) else None
 
 
 def _global_blocks(project: ast.Project, configurations: list[ast.Configuration]) -> list[ast.VarBlock]:

@@ -223,11 +223,6 @@ class TypeTable:
             if field.location is not None:
                 findings.location_not_allowed(self._diagnostics, field.span, field.name, "a structure")
             known = self.of(env, field.type)
-            if known is not None and isinstance(_innermost(known.type), Instance):
-                findings.not_allowed_here(self._diagnostics, field.span,
-                                          f"function block `{field.name}` in a structure", "a function block",
-                                          "a structure holds values; declare the instance as a variable")
-                known = None
             initial = known.initial if known is not None else None
             if known is not None and field.initial is not None:
                 initial = initial_value(env, field.initial, known.type, self._diagnostics)
@@ -301,12 +296,6 @@ class TypeTable:
                                 "the lower bound is greater", "write the lower bound first")
             return None
         return Known(Subrange(name, base, low.value, high.value))
-
-
-def _innermost(type_: Type) -> Type:
-    while isinstance(type_, Array):
-        type_ = type_.element
-    return type_
 
 
 def complete(known: Known) -> Value:

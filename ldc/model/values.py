@@ -32,6 +32,7 @@ from ldc.types import (
     String,
     Subrange,
     Type,
+    holds_blocks,
     storage,
 )
 
@@ -196,9 +197,13 @@ def coerce(
         if isinstance(value, Const) and wanted is not None and not const_fits(value.value, wanted):
             findings.does_not_fit(diagnostics, span, "this constant", wanted)
             return None
-        if isinstance(got, Instance):
-            findings.not_a_value(diagnostics, span, f"an instance of {got} is no value",
-                                 "this is a function block", "name one of its outputs, `instance.pin`")
+        if holds_blocks(got):
+            is_one = isinstance(got, Instance)
+            findings.not_a_value(
+                diagnostics, span, f"an instance of {got} is no value" if is_one
+                else f"{findings.described(got)} holds function blocks and is not copied",
+                "this is a function block" if is_one else "an instance stays where it is declared",
+                "name one of its outputs, `instance.pin`" if is_one else "copy the members that are values")
             return None
         return value
     if storable(got, wanted):

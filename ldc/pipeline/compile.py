@@ -253,8 +253,8 @@ class _Compile:
     def program(self, units: list[il.Unit]) -> il.Program:
         model = self.model
         used = dict.fromkeys(name for pou in model.pous.values() for v in pou.variables.values()
-                             for name in _blocks(v.type))
-        used |= dict.fromkeys(name for v in model.globals.values() for name in _blocks(v.type))
+                             for name in types.blocks_in(v.type))
+        used |= dict.fromkeys(name for v in model.globals.values() for name in types.blocks_in(v.type))
         library = [standard.unit(name) for name in used if blocks.signature(name) is not None]
         resources = tuple(
             il.Resource(r.name, r.processor,
@@ -271,15 +271,3 @@ class _Compile:
             return None
         scope = Scope(self.model, None)
         return scope.place(expr, self.diagnostics)
-
-
-def _blocks(type_: types.Type) -> Iterator[str]:
-    """The function blocks that a variable of the type holds instances of."""
-    match type_:
-        case types.Instance(pou):
-            yield pou
-        case types.Array(element=element):
-            yield from _blocks(element)
-        case types.Struct(fields=fields):
-            for member in fields:
-                yield from _blocks(member.type)

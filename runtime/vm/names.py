@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ldc.expr import Const, IndexStep, Place, strides
 from ldc.il.program import Unit
 from ldc.symbols import Location
-from ldc.types import Array, Instance
+from ldc.types import Array, holds_blocks
 from runtime.layout import INTRINSIC, Cell, Home, Layout, Packed, slot
 from runtime.vm.memory import packed_name
 
@@ -50,7 +50,7 @@ class Names:
             if name[0] == "%":
                 return self._home(self._layout.direct[str(Location.parse(name))].home)
             known = self._layout.globals[upper]
-            return self._home(known.home, isinstance(known.variable.type, Instance))
+            return self._home(known.home, holds_blocks(known.variable.type))
         if self.is_local(upper):
             local = f"l_{slot(name)}"
             return Root(local, local)
