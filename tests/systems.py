@@ -9,6 +9,7 @@ from ldc import pipeline
 from ldc.cli import system as systems
 from ldc.cli.compiling import native_code
 from ldc.cli.run import start
+from runtime.cost import Cost
 from runtime.machine import Machine
 from runtime.processors.invariants import Entry, violations
 from runtime.system import System
@@ -111,7 +112,7 @@ def mover(folder: Path, name: str, slave: int, period_us: int = 1000) -> None:
     (folder / f"{name.lower()}.c").write_text(MOVER_C.format(**given))
 
 
-def modules(folder: Path, toml: str, slaves: int = 2) -> Path:
+def modules(folder: Path, toml: str, slaves: int = 2, period_us: int = 1000) -> Path:
     """Modules `first`, `second`, ..., each with an axis of its own on slave1, slave2, ..."""
     names = ("first", "second", "third", "fourth")[:slaves]
     listed = ", ".join(f'"{name}"' for name in names)
@@ -120,7 +121,7 @@ def modules(folder: Path, toml: str, slaves: int = 2) -> Path:
         f'[project]\nmodules = [{listed}]\n[processors]\nmaster = "master"\n{processors}\n{toml}')
     (folder / "io.ld").write_text(IO)
     for number, name in enumerate(names, 1):
-        mover(folder, f"MOVER{number}", number)
+        mover(folder, f"MOVER{number}", number, period_us)
         (folder / f"{name}.ld").write_text(MODULE.format(name=name, mover=f"MOVER{number}", number=number))
     return folder
 
@@ -130,15 +131,16 @@ class Run:
     variables."""
 
     def __init__(self, folder: Path, engine: str = "vm", watch: tuple[str, ...] = (),
-                 seen: bool = True) -> None:
+                 seen: bool = True, cost: Cost | None = None) -> None:
         self.result = pipeline.compile_paths([str(folder)])
         assert not self.result.diagnostics.has_errors, list(self.result.diagnostics)
         bindings = native_code(self.result)
-        self.machine: Machine = start(self.result, None, self.result.sources.manifest, engine, bindings)
+        self.machine: Machine = start(self.result, None, self.result.sources.manifest, engine, bindings,
+                                      cost)
         self.events: list[UnitEvent] = []
         self.trace: list[Entry] = []
         self.system: System = systems.system(
-            self.result, self.machine, bindings, self.events, self.trace.append if seen else None)
+            self.result, self.machine, bindings, self.events, self.trace.append if seen else None, cost)
         self.watch, self.rows = watch, []
 
     def scans(self, count: int, until: Callable[[Run], bool] | None = None,

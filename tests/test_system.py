@@ -108,6 +108,9 @@ def test_a_slave_that_does_not_answer_ends_its_module_and_no_other(tmp_path: Pat
     assert run.get("third.faults.CV") == 1 and run.get("third.what") == Code.SILENT << 16 | 1
     assert run.units(C_SEND)[-1][0] == C_SEND
     assert not run.machine.faults
+    (told,) = [found.diagnostic() for found in run.system.findings]
+    assert told.code == "LD0845"
+    assert told.message.startswith("slave1: it does not answer: `first.axis` was ended in scan ")
 
 
 def test_an_error_of_an_algorithm_is_told_and_ends_it(tmp_path: Path) -> None:
@@ -118,6 +121,20 @@ def test_an_error_of_an_algorithm_is_told_and_ends_it(tmp_path: Path) -> None:
     assert (A_END, 1, "") in run.units(A_END) and run.units(A_START) == [(A_START, 1, "")]
     assert run.system.slaves[0].state is Slave.STOP and run.system.master.state is Master.RUN
     assert run.violations == []
+
+
+def test_a_component_cannot_pretend_a_fault_of_its_slave(tmp_path: Path) -> None:
+    """801 is LD0801, of IL on the slave: a component that sets it is told as 15, and others go on."""
+    folder = modules(tmp_path, "".join(f'[messages.go{n}]\nfrom = "go"\nto = ["{name}"]\n'
+                                       for n, name in enumerate(("first", "second"))))
+    source = folder / "mover1.c"
+    source.write_text(source.read_text().replace("error = 42", "error = 801"))
+    run = Run(folder).scans(2)
+    run.machine.set("first.target", 66.0)
+    run.scans(10, go=True)
+    assert run.get("first.axis.error") == 15 and run.get("second.axis.error") == 0
+    assert [slave.state for slave in run.system.slaves] == [Slave.STOP, Slave.RUN]
+    assert run.get("first.start") and run.violations == [] and run.system.findings == ()
 
 
 def test_what_is_out_of_range_is_neither_started_nor_sent(tmp_path: Path) -> None:
@@ -185,6 +202,19 @@ def test_four_slaves_at_once(tmp_path: Path) -> None:
     assert len(run.units(A_EXEC)) > 4 * 90 and run.units(C_START) == [(C_START, n, "") for n in range(4)]
     assert run.system.master.state is Master.STOP
     assert run.violations == []
+
+
+@pytest.mark.parametrize("period_us", [1000, 2000, 3000, 10_000])
+def test_the_logic_sees_feedback_that_is_at_most_a_slave_period_old(tmp_path: Path, period_us: int) -> None:
+    """A scan is 10 ms; also when the period of the slave is no part of it."""
+    run = Run(modules(tmp_path, ONE, period_us=period_us)).scans(2).scans(9, go=True)
+    ages, executed = [], 0
+    for event in run.events:
+        if event.unit == A_EXEC:
+            executed = event.time_ns
+        elif event.unit == C_FEEDBACK:
+            ages.append(event.time_ns - executed)
+    assert len(ages) >= 7 and max(ages) <= period_us * 1000 and min(ages) > 0
 
 
 def test_feedback_is_not_more_frequent_than_the_scan(tmp_path: Path) -> None:

@@ -160,6 +160,34 @@ def test_what_waits_when_the_program_changes_is_neither_lost_nor_twice(tmp_path:
     assert run.violations == []
 
 
+@ENGINES
+def test_messages_that_wait_are_handled_by_the_program_that_takes_over(tmp_path: Path, engine: str) -> None:
+    """Two modules start in one scan: the message of the second still waits when a module is inserted."""
+    toml = ('[sequence]\nstart = "go"\nsteps = [{steps}]\n'
+            '[messages.both]\nfrom = "go"\nto = ["first", "second"]\n'
+            '[messages.START_MODULE]\nclass = "system"\n'
+            'to = [{{ module = "second", flag = "seen", data = "who" }}]\n')
+    folder = modules(tmp_path, toml.format(steps='"first"').replace("[sequence]", "[sequence]\nrepeat = false"))
+    second = folder / "second.ld"
+    second.write_text(second.read_text().replace(
+        "target : REAL := 10.0;", "target : REAL := 10.0; seen : BOOL; who : UDINT;").replace(
+        "    arrived : BOOL;", "    arrived : BOOL;\n    starts  : INT;").replace(
+        "RUNG move", "RUNG count\n    [seen] <ADD(IN1 := starts, IN2 := 1, OUT => starts)>\n\nRUNG move"))
+    run = Online(folder, engine).scans(2).scans(2, go=True)
+    assert [index for _, index, _ in run.units(C_START)] == [0, 1] and run.get("second.starts") == 0
+    text = (folder / "ldc.toml").read_text()
+    extra = '[messages.AAA]\nfrom = "go"\nto = ["between"]\n[messages.both]'
+    text = text.replace('modules = ["first", "second"]', 'modules = ["first", "between", "second"]')
+    (folder / "ldc.toml").write_text(text.replace("[messages.both]", extra))
+    mover(folder, "MOVER9", 2, 2000)
+    (folder / "between.ld").write_text(MODULE.format(name="between", mover="MOVER9", number=5))
+    run.test(folder)
+    run.scans(4)
+    assert run.get("second.starts") == 2 and run.get("second.who") == 1
+    assert [index for _, index, _ in run.units(C_START)] == [0, 1], "what was TRUE before has not risen"
+    assert run.violations == []
+
+
 def test_a_program_that_is_expected_takes_over_as_one_that_is_not(tmp_path: Path) -> None:
     """What is made ready beside the scans changes nothing before it takes over, and nothing of what happens
     then."""

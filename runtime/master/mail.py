@@ -40,14 +40,17 @@ class Mail:
         self._targets = {pin: find(pin) for pin in pins}
 
     def take_over(self, other: Mail) -> None:
-        """After ``bind``: goes on with what waits, when the messages are the same ones; else nothing does.
-        What is TRUE now has not risen."""
+        """After ``bind``: goes on with what waits; flags that are TRUE for the next execution fall after it. Of
+        a message that was not there before, what is TRUE now has not risen."""
+        known = self._machine.known(symbol.path for symbol in other._flags)
+        self._flags = [symbol for symbol in known if symbol is not None]
         if other._all == self._all:
             return
-        other.clear()
-        self.clear()
+        self._messages.take_over(other._messages)
+        before = {message.name.upper() for message in other._sources}
         for message, on in zip(self._sources, self._read(), strict=True):
-            self._messages.rises(message, bool(on))
+            if message.name.upper() not in before:
+                self._messages.rises(message, bool(on))
 
     def broadcast(self) -> Iterator[tuple[Message, Outcome]]:
         """C.BCAST: the messages whose source has risen in this scan."""
