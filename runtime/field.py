@@ -46,9 +46,9 @@ class Field:
 
     def writer(self, path: str) -> Callable[[Value], None]:
         """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError
-        for values that are none of the type. Raises UnknownPoint."""
+        for values that the declared type does not hold. Raises UnknownPoint."""
         place = self._find(path)
-        view, index = self._views[_FORMATS[place.type]], place.index
+        view, index, low, high = self._views[_FORMATS[place.type]], place.index, place.low, place.high
 
         def write(value: Value) -> None:
             view[index] = value
@@ -56,7 +56,12 @@ class Field:
         def switch(value: Value) -> None:
             view[index] = bool(value)
 
-        return switch if place.type == "bool32" else write
+        def bounded(value: Value) -> None:
+            if not low <= value <= high:
+                raise ValueError(f"`{path}` holds {low} to {high}, not {value}")
+            view[index] = value
+
+        return switch if place.type == "bool32" else write if place.type == "f32" else bounded
 
     def _find(self, path: str) -> Point:
         key = path.strip().upper()

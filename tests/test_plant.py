@@ -100,3 +100,16 @@ def test_a_plant_that_exits_is_told_at_its_line(tmp_path: Path, capfd: pytest.Ca
     (folder / "plant.py").write_text(PLANT.replace("self.full(self.tank.level >= self.most)", "raise SystemExit(3)"))
     assert main(["run", str(folder), "--scans", "6"]) == 1
     assert "LD0842" in (said := capfd.readouterr().err) and "plant.py:17" in said, said
+
+
+@pytest.mark.parametrize("options", [[], ["--engine", "native"], ["--realtime"]])
+@pytest.mark.parametrize("point, value", [("%IW2", "40000"), ("%IW2", "-40000"), ("tank.few", "7")])
+def test_what_the_declared_type_does_not_hold_is_told_at_the_line_of_the_plant(
+        tmp_path: Path, capfd: pytest.CaptureFixture[str], options: list[str], point: str, value: str) -> None:
+    folder = project(tmp_path)
+    (folder / "tank.ld").write_text(TANK.replace("speed AT", "few AT %IW4 : INT(0..6);\n    speed AT"))
+    text = PLANT.replace('"%IW2"', f'"{point}"').replace("int(self.tank.level)", value)
+    (folder / "plant.py").write_text(text)
+    assert main(["run", str(folder), "--scans", "30", *options]) == 1
+    said = capfd.readouterr().err
+    assert said.count("LD0842") == 1 and "plant.py:16" in said and f"not {value}" in said, said

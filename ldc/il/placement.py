@@ -20,7 +20,7 @@ from ldc.il.layout import state
 from ldc.il.program import Program, Resource, Unit
 from ldc.records import record
 from ldc.symbols import Variable
-from ldc.types import Array, Elementary, Instance, Scalar, Struct, Type, default, is_scalar, storage
+from ldc.types import Array, Elementary, Instance, Scalar, Struct, Subrange, Type, default, is_scalar, storage
 
 BLOCK, BLOCKS, HEAD, WORDS = 128, 32, 20, 1024
 """Bytes of a block, blocks of a window, bytes of an envelope before its data, words of AD."""
@@ -46,7 +46,8 @@ class PlacedPin:
 @record
 class LocalPin:
     """A pin that is wired on the slave: a point of the field. ``output``: the algorithm writes it.
-    ``initial``: what an output has before the first START, and after whatever ends the algorithm at once."""
+    ``initial``: what an output has before the first START, and after whatever ends the algorithm at once.
+    ``low`` and ``high``: what is checked; ``limits``: what its type holds."""
 
     name: str
     path: str
@@ -55,6 +56,7 @@ class LocalPin:
     initial: Scalar
     low: float = -math.inf
     high: float = math.inf
+    limits: tuple[float, float] = (-math.inf, math.inf)
 
 
 @record
@@ -94,10 +96,13 @@ class Placed:
 
 @record
 class Point:
-    """A word of the field: its index there, and the type of what is in it (f32, i32, u32, bool32)."""
+    """A word of the field: its index there, the type of what is in it (f32, i32, u32, bool32), and what the
+    declared type holds."""
 
     index: int
     type: str
+    low: float = -math.inf
+    high: float = math.inf
 
 
 class NoRoom(Exception):
@@ -123,6 +128,14 @@ def transfer_type(type_: Type) -> str | None:
     if not isinstance(kind, Elementary) or kind.kind != "real" and kind.bits > 32:
         return None
     return {"bool": "bool32", "real": "f32", "int": "i32", "uint": "u32", "bits": "u32"}.get(kind.kind)
+
+
+def limits(type_: Type) -> tuple[float, float]:
+    """What a variable of a type that is sent holds."""
+    if isinstance(type_, Subrange):
+        return type_.low, type_.high
+    kind = storage(type_)
+    return (-math.inf, math.inf) if kind.kind == "real" else (0, 1) if kind.kind == "bool" else kind.range
 
 
 def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Placed] = ()
@@ -156,9 +169,10 @@ def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Pla
 def points(program: Program, algorithms: Sequence[Placed], previous: Mapping[str, Point] = {}
            ) -> dict[str, Point]:
     """The points of the field by path in capitals: local pins of algorithms, and located variables of the
-    areas I and Q by address and by path. Those of ``previous`` keep their words."""
-    wanted = [((pin.path,), pin.type) for p in algorithms for pin in p.local]
-    located: dict[tuple[str, str], list[str]] = {}
+    areas I and Q by address and by path. Those of ``previous`` keep their words unless their type has changed:
+    who still writes the old word then does no harm."""
+    wanted = [((pin.path,), pin.type, *pin.limits) for p in algorithms for pin in p.local]
+    located: dict[tuple[str, str], tuple[list[str], list[tuple[float, float]]]] = {}
     units = {u.name.upper(): u for u in program.units}
     part = _part(program)
     named = [(v.name, v) for v in program.globals]
@@ -166,18 +180,20 @@ def points(program: Program, algorithms: Sequence[Placed], previous: Mapping[str
     for path, v in named:
         type_ = transfer_type(v.type) if is_scalar(v.type) else None
         if v.location is not None and v.location.area in "IQ" and type_ is not None:
-            located.setdefault((str(v.location), type_), []).append(path)
-    wanted += [((address, *paths), type_) for (address, type_), paths in located.items()]
+            names, holds = located.setdefault((str(v.location), type_), ([], []))
+            names.append(path)
+            holds.append(limits(v.type if v.location.area == "I" else storage(v.type)))
+    wanted += [((address, *names), type_, max(low for low, _ in holds), min(high for _, high in holds))
+               for (address, type_), (names, holds) in located.items()]
     found = dict(previous)
     end = max((point.index for point in previous.values()), default=-1) + 1
-    for names, type_ in wanted:
+    for names, type_, low, high in wanted:
         keys = [name.upper() for name in names]
-        point = next((found[k] for k in keys if k in found and found[k].type == type_), None)
+        known = (found[key] for key in keys if key in found)
+        point = next((p for p in known if (p.type, p.low, p.high) == (type_, low, high)), None)
         if point is None:
-            point, end = Point(end, type_), end + 1
-        for key in keys:
-            if found.get(key, point).type == type_ or key not in previous:
-                found[key] = point
+            point, end = Point(end, type_, low, high), end + 1
+        found.update(dict.fromkeys(keys, point))
     return found
 
 
@@ -284,7 +300,7 @@ def _pin(v: Variable, pid: int, ranges: _Ranges) -> PlacedPin:
 def _local(v: Variable, path: str, ranges: _Ranges) -> LocalPin:
     initial = default(storage(v.type)) if v.initial is None else v.initial
     return LocalPin(v.name, f"{path}.{v.name}", transfer_type(v.type), v.kind == "output", initial,
-                    *_bounds(v, ranges))
+                    *_bounds(v, ranges), limits(v.type))
 
 
 class _Room:
