@@ -298,6 +298,7 @@ class System:
             self._plant.step(self._began + now, self._plant_ns)
             self._plant_due += self._plant_ns
             if self._executions is not None:
+                scheduler.run(now)
                 self._guard()
         due = [slave for slave in self._slaves if slave.due is not None and slave.due <= now]
         if due:
