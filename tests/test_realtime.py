@@ -18,13 +18,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from xml.etree import ElementTree
 
 import native
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lxml import etree
-from systems import modules
+from systems import DIVIDER, modules
 
 from runtime.protocol.check import Code
 from runtime.realtime.lateness import WORDS, Lateness
@@ -229,7 +229,7 @@ def test_a_picture_of_the_lateness(tmp_path: Path) -> None:
     source, picture = tmp_path / "blink.ld", tmp_path / "late.svg"
     source.write_text(BLINK)
     ran(source, "--scans", "20", "--period", "1ms", "--plot", str(picture))
-    root = etree.fromstring(picture.read_bytes())
+    root = ElementTree.fromstring(picture.read_bytes())
     texts = " ".join(root.itertext())
     assert root.tag.endswith("svg") and "master, 1 ms: 20 periods" in texts and " us: " in texts
 
@@ -255,3 +255,27 @@ def test_png_needs_matplotlib_or_says_so(tmp_path: Path) -> None:
         return
     ran(source, "--scans", "2", "--period", "1ms", "--plot", str(picture))
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_fault_of_an_algorithm_is_told_as_in_virtual_time(tmp_path: Path) -> None:
+    (tmp_path / "ldc.toml").write_text('[processors]\nmaster = "master"\nslave1 = "slave"\n')
+    (tmp_path / "divider.ldc.toml").write_text(DIVIDER)
+    (tmp_path / "divider.st").write_text(
+        "FUNCTION_BLOCK DIVIDER\npart := 100 / share; count := count + 1;\nEND_FUNCTION_BLOCK\n")
+    (tmp_path / "parts.ld").write_text(
+        "PROGRAM parts\nVAR\n    one : DIVIDER;\n    lamp AT %QX1.0 : BOOL;\nEND_VAR\n"
+        "RUNG\n    <one: DIVIDER(share := 0)> (lamp)\nEND_PROGRAM\n")
+    rows, said = ran(tmp_path, "--scans", "40", "--watch", "one.error", status=1)
+    assert rows[-1]["one.error"] == "801" and said.count("error[LD0801]") == 1, said
+    assert "task parts.one on slave1 stopped: division by zero" in said and "divider.st:2:" in said, said
+
+
+@pytest.mark.parametrize("how, told", [("sys.exit(3)", "LD0842"), ("raise KeyboardInterrupt", "SIGINT")])
+def test_a_plant_that_ends_by_itself_shows_nothing_of_python(tmp_path: Path, how: str, told: str) -> None:
+    (tmp_path / "ldc.toml").write_text('[plant]\nfile = "plant.py"\n')
+    (tmp_path / "main.ld").write_text(BLINK)
+    (tmp_path / "plant.py").write_text(
+        "import sys\n\nclass Plant:\n    def __init__(self, field, parameters, seed):\n        self.n = 0\n"
+        f"    def step(self, now_ns, dt_ns):\n        self.n += 1\n        if self.n > 50: {how}\n")
+    rows, said = ran(tmp_path, "--scans", "4000", status=1)
+    assert len(rows) < 2000 and told in said and "Traceback" not in said, said

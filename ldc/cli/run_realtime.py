@@ -16,7 +16,7 @@ from ldc import pipeline
 from ldc.cli import lateness, system
 from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
-from ldc.cli.console import answered, is_terminal, report, say
+from ldc.cli.console import OK, answered, is_terminal, report, say
 from ldc.cli.plant import Plant
 from ldc.cli.run import displayed, is_system, run_length, stimuli_of, watched
 from ldc.cli.watching import LiveTable
@@ -51,7 +51,8 @@ _LEAD_NS = 20_000_000
 def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
         beat: Callable[[], None], file: BinaryIO | None, bindings: tuple[Binding, ...],
         events: BinaryIO | None) -> int:
-    """As ``ldc.cli.run``, in real time. Status 1 also when the plant or a slave has ended before its time."""
+    """As ``ldc.cli.run``, in real time; each slave tells its own faults. Status 1 also when the plant or a slave
+    has ended before its time."""
     if options.plot:
         lateness.check(options.plot)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
@@ -120,7 +121,7 @@ class _Run:
 
     def __init__(self, result: pipeline.Compiled, machine: Machine, bindings: tuple[Binding, ...],
                  beat: Callable[[], None], note: Callable[[UnitEvent], None] | None) -> None:
-        said, algorithms = system.together(result), system.placement(result)
+        said, algorithms, self._locate = system.together(result), system.placement(result), locator(result)
         places = points(result.program, algorithms)
         slaves = sorted({p.slave for p in algorithms})
         self._names = ["master", *(f"slave{n}" for n in slaves), *(["plant"] if said.plant else [])]
@@ -166,7 +167,8 @@ class _Run:
     def _slave(self, part: SlavePart, number: int, cpu: int | None, pace: Pace) -> Watched:
         def work() -> int:
             processes.claim(cpu)
-            return run_slave(part, self._board, number, pace)
+            run_slave(part, self._board, number, pace)
+            return report((error.fault.diagnostic() for error in part.faults), self._locate)
 
         return Watched(processes.start(self._names[number], work), number, part.number)
 
@@ -176,9 +178,10 @@ class _Run:
         def work() -> int:
             processes.give_back(self._affinity)
             try:
-                return run_plant(plant.step, self._board, number, pace)
+                run_plant(plant.step, self._board, number, pace)
             except Invalid as error:
                 return report(error.diagnostics)
+            return OK
 
         return Watched(processes.start(self._names[number], work), number, None)
 

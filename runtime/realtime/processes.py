@@ -50,9 +50,9 @@ class Child:
 
 
 def start(name: str, work: Callable[[], int]) -> Child:
-    """A process that does the work and ends with its status, 3 when it raises; `ps` and `top` show it as
-    `ldc NAME`. It is forked: no other thread may run. An interrupt from the keyboard is left to the
-    parent."""
+    """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt; `ps`
+    and `top` show it as `ldc NAME`. It is forked: no other thread may run. An interrupt from the keyboard is
+    left to the parent."""
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
@@ -68,6 +68,8 @@ def start(name: str, work: Callable[[], int]) -> Child:
         system.prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
         if os.getppid() == parent:  # else it has died already, and nobody tells
             status = work()
+    except KeyboardInterrupt:  # raised by code of the project, since the keyboard is ignored here
+        status = 128 + signal.SIGINT
     except BaseException:
         traceback.print_exc()
     finally:

@@ -21,7 +21,7 @@ def slave_period(placed: Iterable[Placed], slave: int) -> int:
     return gcd(POLL_NS, *(p.period_ns for p in placed if p.slave == slave))
 
 
-def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> int:
+def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> None:
     """Emergency before communication before algorithms, as their levels are. ``number``: of the process."""
     emergencies = board.emergencies
     while not board.stopping:
@@ -33,10 +33,9 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> int:
         if part.execute():
             part.communicate()
         board.beat(number)
-    return 0
 
 
-def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> int:
+def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> None:
     """Steps of the plant at their time; those that were missed are made up for, because nature waits for
     nobody."""
     while not board.stopping:
@@ -44,4 +43,3 @@ def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace:
         for late in range(missed, -1, -1):
             step(pace.now_ns - late * pace.period_ns, pace.period_ns)
         board.beat(number)
-    return 0
