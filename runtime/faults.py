@@ -91,7 +91,7 @@ FAULTS = (DivisionByZero, ZeroDivisionError, IndexOutOfRange, WatchdogExpired)
 
 
 def describe(error: Exception) -> tuple[str, str, str]:
-    """Code, message and help of an exception in ``FAULTS``, of TaskTooLong or TaskOverdue; others are bugs."""
+    """Code, message and help of an exception in ``FAULTS``, TaskTooLong or TaskOverdue; others are bugs."""
     match error:
         case IndexOutOfRange():
             return ("LD0802", f"array {error}",

@@ -229,9 +229,9 @@ class Machine:
         return [s for s in (self.schedules if self._always else self.due()) if not s.stopped]
 
     def pieces(self, schedule: Schedule, now_ns: int | None = None) -> Iterator[int]:
-        """One execution of a task that is due, in indivisible pieces: each ``next`` executes one and tells what
-        it cost, in ns. Here the task is one piece without cost. ``now_ns``: the time when it begins, when
-        that is later than the scan."""
+        """One execution of a task that is due, in indivisible pieces: each ``next`` executes one and tells
+        what it cost, in ns. Here the task is one piece without cost. ``now_ns``: the time when it begins,
+        when that is later than the scan."""
         self._execute(schedule)
         yield 0
 
@@ -318,8 +318,9 @@ class Machine:
     def take_over(self, other: Machine) -> None:
         """Goes on where another machine stands between two scans; variables were copied before.
 
-        Forces go on by their paths. Tasks of the same name keep when they are due and whether they are stopped. A further task is due at
-        the next multiple of its interval; its SINGLE shows no edge in the first scan.
+        Forces go on by their paths. Tasks of the same name keep when they are due and whether they are
+        stopped. A further task is due at the next multiple of its interval; its SINGLE shows no edge in the
+        first scan.
         """
         self.scans, self.now_ns = other.scans, other.now_ns
         self.forces = other.forces.follow(self)

@@ -31,7 +31,8 @@ class Stimuli:
         symbols = list({symbol: None for row in self.rows.values() for symbol, _ in row})
         known = dict(zip(symbols, new.known(old.symbols.full(s) for s in symbols), strict=True))
         kept = {s: now for s, now in known.items() if now is not None and now.type == s.type}
-        rows = {scan: tuple((kept[s], value) for s, value in row if s in kept) for scan, row in self.rows.items()}
+        rows = {scan: tuple((kept[s], value) for s, value in row if s in kept)
+                for scan, row in self.rows.items()}
         return Stimuli(rows, self.last)
 
 
@@ -63,7 +64,8 @@ def read(source: SourceFile, symbols: Symbols, diagnostics: Diagnostics) -> Stim
             continue
         previous = scan, cells[0].span
         pairs = zip(cells[1:], columns[1:], strict=False)
-        rows[scan] = tuple(v for cell, symbol in pairs if (v := _value(cell, symbol, diagnostics)) is not None)
+        values = (_value(cell, symbol, diagnostics) for cell, symbol in pairs)
+        rows[scan] = tuple(value for value in values if value is not None)
     return Stimuli(rows, max(rows, default=-1)) if len(diagnostics) == before else None
 
 
@@ -104,7 +106,8 @@ def _scan_number(cell: _Cell, previous: tuple[int, Span] | None, diagnostics: Di
     else:
         label, secondary = "not after the row before", (Label(previous[1], "the row before"),)
     diagnostics.error("LD0653", f"`{cell.text}` is no scan number here", cell.span, label,
-                      secondary=secondary, help="scans count 0, 1, 2 ...; rows stand in rising order, one for a scan")
+                      secondary=secondary,
+                      help="scans count 0, 1, 2 ...; rows stand in rising order, one for a scan")
     return None
 
 

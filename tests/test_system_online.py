@@ -167,7 +167,8 @@ def test_messages_that_wait_are_handled_by_the_program_that_takes_over(tmp_path:
             '[messages.both]\nfrom = "go"\nto = ["first", "second"]\n'
             '[messages.START_MODULE]\nclass = "system"\n'
             'to = [{{ module = "second", flag = "seen", data = "who" }}]\n')
-    folder = modules(tmp_path, toml.format(steps='"first"').replace("[sequence]", "[sequence]\nrepeat = false"))
+    toml = toml.format(steps='"first"').replace("[sequence]", "[sequence]\nrepeat = false")
+    folder = modules(tmp_path, toml)
     second = folder / "second.ld"
     second.write_text(second.read_text().replace(
         "target : REAL := 10.0;", "target : REAL := 10.0; seen : BOOL; who : UDINT;").replace(

@@ -40,8 +40,8 @@ class Mail:
         self._targets = {pin: find(pin) for pin in pins}
 
     def take_over(self, other: Mail) -> None:
-        """After ``bind``: goes on with what waits; flags that are TRUE for the next execution fall after it. Of
-        a message that was not there before, what is TRUE now has not risen."""
+        """After ``bind``: goes on with what waits; flags that are TRUE for the next execution fall after it.
+        Of a message that was not there before, what is TRUE now has not risen."""
         known = self._machine.known(symbol.path for symbol in other._flags)
         self._flags = [symbol for symbol in known if symbol is not None]
         if other._all == self._all:

@@ -1,8 +1,8 @@
 """The safe state of a master: what begins an emergency, what holds in it, what its end is (SPEC 5, 6.1 R5).
 
-``trip`` is all that the emergency thread does, which pre-empts the control thread between two rungs: it closes
-the latch, and outputs have their safe values from then on. What else an emergency ends belongs to the control
-thread, which asks for ``taken`` at its next boundary.
+``trip`` is all that the emergency thread does, which pre-empts the control thread between two rungs: it
+closes the latch, and outputs have their safe values from then on. What else an emergency ends belongs to the
+control thread, which asks for ``taken`` at its next boundary.
 """
 
 from __future__ import annotations

@@ -35,8 +35,8 @@ Sources = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``: how
-    its modules work together; ``makers``: how its algorithms are made, by unit."""
+    """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``:
+    how its modules work together; ``makers``: how its algorithms are made, by unit."""
 
     machine: Machine
     image: bytes
@@ -87,8 +87,8 @@ def prepare(old: Loaded, new: Loaded, base: str, owner: str, limits: Limits = Li
 
 @dataclass(slots=True, eq=False)
 class Controller:
-    """``running``: what executes scans now. ``note`` is told every event; ``expect``, beside the scans, what may
-    run later. ``swaps`` counts how often another program began to run."""
+    """``running``: what executes scans now. ``note`` is told every event; ``expect``, beside the scans, what
+    may run later. ``swaps`` counts how often another program began to run."""
 
     running: Loaded
     note: Callable[[Event], None] = lambda event: None

@@ -73,9 +73,9 @@ class Code:
 def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = (),
          body: Callable[..., Body] = Body, watchdog: Watchdog | None = None,
          compiled: Callable[[Mapping[str, str]], Mapping[str, CodeType]] = here) -> Code:
-    """A fresh memory and the functions that run on it; ``bindings``: where the native code of its components
-    is; ``body``: what translates a unit; ``compiled``: what makes code of Python texts by file. Raises BadCode
-    for IL that verification refuses, MissingNative when native code is not bound."""
+    """A fresh memory and the functions that run on it; ``bindings``: where the native code of its
+    components is; ``body``: what translates a unit; ``compiled``: what makes code of Python texts by file.
+    Raises BadCode for IL that verification refuses, MissingNative when native code is not bound."""
     layout = lay_out(program, resource)
     memory = Memory(layout)
     calls = Calls(memory)
@@ -105,8 +105,8 @@ def load(program: Program, resource: int = 0, bindings: Iterable[Binding] = (),
     return Code(layout, memory, calls, watchdog, bodies, sources)
 
 
-def _natives(program: Program, layout: Layout, calls: Calls, namespace: dict[str, object], bindings: Iterable[Binding]
-             ) -> dict[str, Callable]:
+def _natives(program: Program, layout: Layout, calls: Calls, namespace: dict[str, object],
+             bindings: Iterable[Binding]) -> dict[str, Callable]:
     units = [u for u in program.units if u.external is not None]
     if not units:
         return {}

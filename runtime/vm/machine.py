@@ -98,8 +98,8 @@ class Machine(machine.Machine):
             self.stop(schedule, error, self.code.trace(error.__traceback__))
 
     def close(self) -> None:
-        """Functions and the memory that they work on hold each other: parted, all goes at once, and the native
-        code of components is unloaded. Values stay readable."""
+        """Functions and the memory that they work on hold each other: parted, all goes at once, and the
+        native code of components is unloaded. Values stay readable."""
         machine.Machine.close(self)
         namespace = self._namespace
         for name in [name for name, entry in namespace.items() if callable(entry)]:
