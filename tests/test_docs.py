@@ -119,7 +119,7 @@ def test_every_option_is_in_the_description_of_the_command_line() -> None:
     text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
     (commands,) = [a.choices for a in make_parser()._actions if isinstance(a.choices, dict)]
     for name, parser in commands.items():
-        line = next(line for line in text.splitlines() if line.strip().startswith(f"ldc {name}"))
+        line = " ".join(line for line in text.splitlines() if line.startswith(f"    ldc {name} "))
         for action in parser._actions:
             option = max(action.option_strings, key=len, default="")
             assert option in line or option == "--help", f"ldc {name}: {option}"
