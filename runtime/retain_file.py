@@ -86,6 +86,19 @@ class Store:
             raise Invalid([_unusable(self.path, problems[0])])
         return None
 
+    @property
+    def foreign(self) -> bool:
+        """There is something, and nothing of it was written by ``save``, whatever became of it since. Raises
+        OSError."""
+        begins = []
+        for path in (self.path, self.before):
+            try:
+                with open(path, "rb") as file:
+                    begins.append(file.read(len(MAGIC)))
+            except FileNotFoundError:
+                continue
+        return any(begins) and MAGIC not in begins
+
     def save(self, kept: Kept) -> None:
         """On the disk when it returns. Raises OSError; the saves before are as they were then."""
         folder = self.path.parent

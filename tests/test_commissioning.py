@@ -340,6 +340,20 @@ def test_a_cold_start_leaves_the_whole_one_of_two_files(tmp_path: Path, monkeypa
     assert Path("kept.before").read_bytes() == whole
 
 
+@pytest.mark.parametrize("start", ["warm", "cold", "origin"])
+@pytest.mark.parametrize("name", ["kept", "kept.before"])
+def test_what_is_no_retain_file_is_left_as_it_is(tmp_path: Path, monkeypatch, capsys, start, name) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.ld").write_text(TEXT, encoding="utf-8")
+    Path(name).write_bytes(b"class Plant: ...")
+    assert run("--retain", "kept", "--start", start) == 1
+    assert "error[LD0860]: `kept`" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir() if path.name != "main.ld"] == [name]
+    assert Path(name).read_bytes() == b"class Plant: ..."
+    Path(name).write_bytes(b"")
+    assert run("--retain", "kept", "--start", "cold") == 0, "an empty file has nothing to lose"
+
+
 def test_the_project_names_the_file(tmp_path: Path, monkeypatch, capsys) -> None:
     folder = tmp_path / "line"
     folder.mkdir()

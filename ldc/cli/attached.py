@@ -58,6 +58,8 @@ def _file_of(options: argparse.Namespace, sources: Sources) -> Path | None:
     """The retain file that is asked for, else that of the project. Raises UsageError for options that need
     one."""
     manifest = sources.manifest
+    if options.retain == "":
+        raise UsageError("--retain names no file")
     if options.retain:
         return Path(options.retain)
     if manifest and manifest.retain:
@@ -74,7 +76,7 @@ def attached(options: argparse.Namespace, sources: Sources, result: pipeline.Com
     """Before the first scan: retained values, then forces. After the last: a save, the ring's file, and which
     forces are still there. ``names``: what is watched; ``beside``: scans have their time.
 
-    Raises UsageError, Invalid (LD0850 to LD0859) and Failure for what cannot be.
+    Raises UsageError, Invalid (LD0850 to LD0860) and Failure for what cannot be.
     """
     check(options)
     path = _file_of(options, sources)

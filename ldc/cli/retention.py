@@ -35,6 +35,7 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
         raise Invalid([unreachable("write", path, OSError(errno.EISDIR, os.strerror(errno.EISDIR)))])
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise Invalid([unreachable("write", path, _reason(path.parent))])
+    _check_ours(store)
     if options.start == "origin":
         try:
             store.delete()
@@ -54,6 +55,20 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
     every = options.retain_every or (manifest.retain_every if manifest else None) or EVERY
     return Retaining(machine, identity, store, every, beside,
                      lambda error: report([unreachable("write", path, error)]))
+
+
+def _check_ours(store: Store) -> None:
+    """Raises Invalid when the name is that of something else, which no save may replace."""
+    try:
+        foreign = store.foreign
+    except OSError as error:
+        raise Invalid([unreachable("read", store.path, error)]) from error
+    if foreign:
+        found = Diagnostics()
+        found.error("LD0860", f"`{store.path}` is no retain file: it was not written by a save",
+                    help="name another file; if this one is a retain file that was damaged, put a copy of it "
+                    "back, or delete it")
+        raise Invalid(found)
 
 
 def _reason(folder: Path) -> OSError:
