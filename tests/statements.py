@@ -30,6 +30,12 @@ END_VAR
     sum := sum + v;
 END_FUNCTION_BLOCK
 
+TYPE
+    Holder : STRUCT
+        inner : adder;
+    END_STRUCT;
+END_TYPE
+
 PROGRAM main
 VAR
     i0, i1, i2, k0, n : INT;
@@ -38,10 +44,12 @@ VAR
     b0, b1, b2 : BOOL;
     field : ARRAY [0..3] OF INT;
     total : adder;
+    row : ARRAY [0..1] OF Holder;
 END_VAR
 """
 
 ints = st.sampled_from(["i0", "i1", "i2"])
+callees = st.sampled_from(["total", "total", "row[0].inner", "row[1].inner"])
 numbers = st.sampled_from(["1", "2", "3", "-1", "-4", "7", "40", "1000", "32767", "-32768"])
 _leaves = ints | ints | st.just("k0") | st.integers(0, 3).map("field[{}]".format) | ints.map("field[{}]".format)
 
@@ -68,8 +76,8 @@ def blocks(draw, depth: int = 0, loops: int = 0) -> str:
 
 @st.composite
 def one(draw, depth: int, loops: int) -> str:
-    kinds = ["set", "set", "bit", "field", "call", "if", "if", "case", "for", "while", "repeat"]
-    kind = draw(st.sampled_from(kinds[:5] if depth >= 3 else kinds))
+    kinds = ["set", "set", "bit", "field", "call", "enabled", "if", "if", "case", "for", "while", "repeat"]
+    kind = draw(st.sampled_from(kinds[:6] if depth >= 3 else kinds))
     if loops and draw(st.integers(0, 5)) == 0:
         return f"IF {draw(conditions)} THEN {draw(st.sampled_from(['EXIT', 'CONTINUE']))}; END_IF;"
     if draw(st.integers(0, 30)) == 0:
@@ -83,7 +91,13 @@ def one(draw, depth: int, loops: int) -> str:
         case "field":
             return f"field[{draw(st.integers(0, 3) | ints)}] := {draw(values)};"
         case "call":
-            return f"total(v := {draw(values)}, sum => {draw(ints)});"
+            return f"{draw(callees)}(v := {draw(values)}, sum => {draw(ints)});"
+        case "enabled" if draw(st.booleans()):
+            return (f"{draw(callees)}(EN := {draw(conditions)}, v := {draw(values)}, sum => {draw(ints)}, "
+                    f"ENO => {draw(st.sampled_from(BOOLS))});")
+        case "enabled":
+            return (f"{draw(ints)} := after(EN := {draw(conditions)}, a := {draw(values)}, twice => {draw(ints)}, "
+                    f"ENO => {draw(st.sampled_from(BOOLS))});")
         case "if":
             arms = " ELSIF ".join(f"{draw(conditions)} THEN\n{draw(inner)}" for _ in range(draw(st.integers(1, 3))))
             other = f"ELSE {draw(inner)}" if draw(st.booleans()) else ""
@@ -144,7 +158,8 @@ class Interpreter:
     def __init__(self, file: ast.File) -> None:
         self.body = next(p for p in file.pous if p.name == "main").body.statements
         self.values: dict[str, object] = dict.fromkeys(TYPES, 0) | dict.fromkeys(BOOLS, False)
-        self.field, self.sum, self.rounds = [0] * 4, 0, 0
+        self.field, self.rounds = [0] * 4, 0
+        self.sums: dict[str, int] = {}
 
     def scan(self) -> None:
         self.rounds = 0
@@ -159,12 +174,24 @@ class Interpreter:
 
     def one(self, node) -> None:
         match node:
+            case statements.Assign(target, ast.Call(arguments=(enable, given, taken, told))):
+                on = self.value(enable.value)
+                if on:
+                    a = self.value(given.value)
+                    # The result is stored first, then the other outputs, in declared order.
+                    self.store(target, wrap(a + 1))
+                    self.values[taken.value.name] = wrap(a * 2)
+                self.values[told.value.name] = on
             case statements.Assign(target, value):
                 found = self.value(value)
                 self.store(target, found)
-            case statements.Invoke(arguments=(given, taken)):
-                self.sum = wrap(self.sum + self.value(given.value))
-                self.store(taken.value, self.sum)
+            case statements.Invoke(callee, arguments=(given, taken)):
+                self.add(callee, given, taken)
+            case statements.Invoke(callee, arguments=(enable, given, taken, told)):
+                on = self.value(enable.value)
+                if on:
+                    self.add(callee, given, taken)
+                self.values[told.value.name] = on
             case statements.If(arms, otherwise):
                 chosen = next((a for a in arms if self.value(a.condition)), otherwise)
                 self.run(chosen.body if chosen else ())
@@ -184,6 +211,12 @@ class Interpreter:
                     pass
             case statements.Leave(word):
                 raise {"EXIT": _Exit, "CONTINUE": _Continue, "RETURN": _Return}[word]
+
+    def add(self, callee: ast.Expr, given: ast.Argument, taken: ast.Argument) -> None:
+        """A call of an adder."""
+        key = callee.span.text
+        self.sums[key] = wrap(self.sums.get(key, 0) + self.value(given.value))
+        self.store(taken.value, self.sums[key])
 
     def round(self, body) -> bool:
         """Whether the loop goes on."""

@@ -6,7 +6,7 @@ from ldc.expr import Apply, Const, Load, Place
 from ldc.il import findings
 from ldc.il.machine import Machine
 from ldc.il.operands import Operand
-from ldc.il.scan import Argument, Line
+from ldc.il.scan import Argument
 from ldc.model import call_findings
 from ldc.model.names import suggest
 from ldc.model.values import coerce
@@ -15,11 +15,11 @@ from ldc.symbols import Parameter, Signature
 from ldc.types import Type
 
 
-def pins(machine: Machine, line: Line, signature: Signature) -> list[tuple[Parameter, Argument]]:
+def pins(machine: Machine, arguments: list[Argument], signature: Signature
+         ) -> list[tuple[Parameter, Argument]]:
     """The arguments with the pins that they are for; without names in declared order."""
     order = (*signature.inputs, *signature.in_outs, *signature.outputs)
     found: dict[str, tuple[Parameter, Argument]] = {}
-    arguments = machine.scanner.arguments(line.arguments + 1, line.end)
     for number, argument in enumerate(arguments):
         span = name_span(machine, argument)
         if argument.name is not None:

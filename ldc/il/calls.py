@@ -5,6 +5,7 @@ from __future__ import annotations
 from ldc.expr import Load, Place
 from ldc.il import findings
 from ldc.il.arguments import argument_value, load, name_span, pins
+from ldc.il.enabling import apart
 from ldc.il.machine import Machine
 from ldc.il.operands import member
 from ldc.il.scan import Argument, Line
@@ -67,11 +68,13 @@ def instance(machine: Machine, line: Line) -> None:
             machine.define(None)
         return
     signature = machine.scope.signature(place.type.pou)
-    given = pins(machine, line, signature)
+    arguments, enabling = apart(machine, machine.scanner.arguments(line.arguments + 1, line.end), signature)
+    given = pins(machine, arguments, signature)
     skip = ""
     if conditional:
         skip = machine.label()
         machine.emit("JMPCN" if line.op == "CALC" else "JMPC", name=skip)
+    enabling.begin()
     for parameter, argument in given:
         if not argument.output:
             _set_pin(machine, place, parameter, argument)
@@ -79,6 +82,7 @@ def instance(machine: Machine, line: Line) -> None:
     for parameter, argument in given:
         if argument.output or parameter in signature.in_outs:
             _take_pin(machine, place, parameter, argument)
+    enabling.end()
     if skip:
         machine.emit("LABEL", name=skip)
     machine.define(None)

@@ -7,12 +7,14 @@ from ldc.il import findings
 from ldc.il.accumulator import POISON
 from ldc.il.arguments import argument_value, coerced, load, name_span, pins, spill
 from ldc.il.calls import input_operator
+from ldc.il.enabling import Enabling, apart
 from ldc.il.machine import Machine
 from ldc.il.names import IL_WORDS
 from ldc.il.operands import Operand
 from ldc.il.scan import Argument, Line
 from ldc.library import functions
 from ldc.model import call_findings, expressions, type_findings
+from ldc.model.expressions import DIVISIONS
 from ldc.model.names import suggest
 from ldc.model.values import Untyped, coerce
 from ldc.symbols import Parameter, Signature
@@ -114,7 +116,8 @@ def standard(machine: Machine, name: str, values: tuple[Operand, ...]) -> None:
 
 
 def _formal_standard(machine: Machine, line: Line) -> None:
-    arguments = machine.scanner.arguments(line.arguments + 1, line.end)
+    enabling = Enabling(machine)
+    arguments = [a for a in machine.scanner.arguments(line.arguments + 1, line.end) if not enabling.add(a)]
     formal = functions.pins(line.op, max(len(arguments), _least(line.op)))
     found: dict[int, tuple[Operand, Argument]] = {}
     fine = True
@@ -153,7 +156,7 @@ def _formal_standard(machine: Machine, line: Line) -> None:
     if None in args:
         machine.define(POISON)
         return
-    _invoke(machine, resolved.name, args, resolved.result, ())
+    _invoke(machine, resolved.name, args, resolved.result, (), enabling)
 
 
 def _least(name: str) -> int:
@@ -167,7 +170,8 @@ def _index(pins: tuple[str, ...], name: str) -> int | None:
 
 
 def _formal_user(machine: Machine, line: Line, user: Signature) -> None:
-    given = pins(machine, line, user)
+    arguments, enabling = apart(machine, machine.scanner.arguments(line.arguments + 1, line.end), user)
+    given = pins(machine, arguments, user)
     values = {p.name: argument_value(machine, a, p) for p, a in given if not a.output}
     missing = [p.name for p in user.in_outs if p.name not in values]
     if missing:
@@ -185,7 +189,7 @@ def _formal_user(machine: Machine, line: Line, user: Signature) -> None:
         machine.define(POISON)
         return
     args = [values.get(p.name) or _default(p) for p in (*user.inputs, *user.in_outs)]
-    _invoke(machine, user.name.upper(), args, user.result, tuple(outputs))
+    _invoke(machine, user.name.upper(), args, user.result, tuple(outputs), enabling)
 
 
 def _in_outs_missing(machine: Machine, user: Signature, names: list[str]) -> None:
@@ -194,14 +198,18 @@ def _in_outs_missing(machine: Machine, user: Signature, names: list[str]) -> Non
     machine.define(POISON)
 
 
-def _invoke(machine: Machine, name: str, args: list, result: Type, outputs) -> None:
+def _invoke(machine: Machine, name: str, args: list, result: Type, outputs, enabling: Enabling) -> None:
     """FN with all arguments given by name: the first is loaded, whatever the accumulator held."""
+    enabling.begin(result)
     operands = tuple(spill(machine, a) for a in args[1:])
+    if name in DIVISIONS:
+        enabling.divide(operands[0], result)
     machine.define(None)
     if args:
         load(machine, args[0])
     if name != "MOVE":
         machine.emit("FN", None, result, name, operands, outputs)
+    enabling.end()
     machine.acc.set(result)
 
 

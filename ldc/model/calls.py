@@ -14,6 +14,7 @@ from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Value
 from ldc.parser import ast
+from ldc.source import Span
 from ldc.symbols import Parameter, Signature
 from ldc.types import Instance, Type, is_scalar
 
@@ -30,6 +31,10 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
     """The typed call; None after an error."""
     key = node.name.upper()
     signature = env.signature(key)
+    for argument in node.arguments:
+        if argument.name is not None and argument.name.upper() in ("EN", "ENO"):
+            _only_of_a_call(argument.span, argument.name.upper(), diagnostics)
+            return None
     if signature is not None:
         if signature.kind != "FUNCTION":
             kind = signature.kind.lower().replace("_", " ")
@@ -50,6 +55,11 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
         unknown_function(env, node.name, node.span, diagnostics)
         return None
     return _standard_function(env, node, function, hint, diagnostics)
+
+
+def _only_of_a_call(span: Span, pin: str, diagnostics: Diagnostics) -> None:
+    findings.outputs_in_expression(diagnostics, span, f"pin {pin} is used in an expression",
+                                   "the expression takes the result in any case")
 
 
 def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics) -> None:
@@ -164,9 +174,8 @@ def _with_outputs(
     if block is None:
         return None
     for pin in (*block.inputs, *block.outputs):
-        if pin.pin in ("EN", "ENO", "OUT"):
-            findings.outputs_in_expression(diagnostics, pin.span, f"pin {pin.pin} is used in an expression",
-                                           "the expression takes the result in any case")
+        if pin.pin == "OUT":
+            _only_of_a_call(pin.span, pin.pin, diagnostics)
             return None
     outputs = tuple(Output(p.pin, p.type, p.target) for p in block.outputs)
     env.taken.extend(output.place for output in outputs)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Expr, IndexStep, Place
-from ldc.model import actions, expressions, ladder_blocks, places
+from ldc.model import actions, enabling, expressions, ladder_blocks, places
 from ldc.model import statement_findings as findings
 from ldc.model import type_findings
 from ldc.model.environment import Environment
@@ -44,13 +44,18 @@ class _Typing:
         made = []
         for node in nodes:
             action = _TYPING[type(node)](self, node)
-            if action is not None:
+            if type(action) is tuple:
+                made += action
+            elif action is not None:
                 made.append(action)
         return tuple(made)
 
     # ---- simple statements
 
-    def assign(self, node: st.Assign) -> actions.Assign | None:
+    def assign(self, node: st.Assign) -> actions.Assign | actions.Call | None:
+        called = enabling.as_call(self.env, node)
+        if called is not None:
+            return self.invoke(called)
         place = places.place(self.env, node.target, self.diagnostics, write=True)
         if place is None:
             expressions.value(self.env, node.value, None, self.diagnostics)
@@ -62,7 +67,7 @@ class _Typing:
             return None
         return actions.Assign(place, value, node.span)
 
-    def invoke(self, node: st.Invoke) -> actions.Call | None:
+    def invoke(self, node: st.Invoke) -> actions.Call | tuple[actions.Action, ...] | None:
         """Pins are wired as those of a block in a ladder, but no power goes through it."""
         callee = node.callee
         name, instance = callee.name if type(callee) is ast.Name else "", None
@@ -77,14 +82,27 @@ class _Typing:
                     "only function blocks and functions are called")
                 return None
             name, instance = place.type.pou, callee
-        pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in node.arguments)
+        signature = self.env.signature(name.upper()) if instance is not None else None
+        arguments, enable, told = enabling.apart(node.arguments, signature, self.diagnostics)
+        pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in arguments)
         block = ladder_blocks.block(self.env, ast.Block(instance, name, pins, "_", "_", node.span), _no_net,
                                     self.diagnostics)
-        if block is None:
+        condition = self.condition(enable.value if enable is not None else None, "EN")
+        taken = self._told(told) if told is not None else None
+        if block is None or (condition is None) != (enable is None) or (taken is None) != (told is None):
             return None
         for pin in block.outputs:
             self._wrote(pin.target)
-        return actions.Call(block, node.span)
+        return enabling.guarded(actions.Call(block, node.span), condition, taken)
+
+    def _told(self, argument: ast.Argument) -> Place | None:
+        """The variable that takes ENO."""
+        place = places.place(self.env, argument.value, self.diagnostics, write=True)
+        if place is None:
+            return None
+        self._wrote(place)
+        fits = coerce(Const(True, BOOL), place.type, self.diagnostics, argument.span, "this variable")
+        return place if fits is not None else None
 
     def _is_function(self, name: str) -> bool:
         """Whether the name is that of the FUNCTION itself, which is the variable of its result too."""
