@@ -99,6 +99,8 @@ def _list(expected: frozenset[str]) -> str:
         if rest >= group:
             said.append(name)
             rest -= group | implied
+    if ";" in expected:
+        rest -= {"R_EDGE", "F_EDGE"}  # rare, and only behind some types
     if said:
         rest -= {".", "[", "(", END} if ":" not in expected else {END}
     for symbol in sorted(rest):
