@@ -21,6 +21,9 @@ from ldc.toml_tables import Path, Tables
 
 SECTIONS = ("sequence", "messages", "safety", "plant")
 
+_LEAST_STEP = 1_000
+"""Of a plant, in ns."""
+
 Name = Annotated[str, Meta(min_length=1)]
 Value = bool | Annotated[int, Meta(ge=-(1 << 63), le=(1 << 63) - 1)] | float | str
 Policy = Literal["queue", "overwrite", "reject"]
@@ -142,6 +145,9 @@ def read(tables: Tables, duration: Callable[[Tables, Path, str], int]) -> Coordi
         if not table.file:
             tables.wrong(("plant",), "[plant] names no file", 'write file = "plant.py"')
         step = duration(tables, ("plant", "step"), table.step)
+        if step < _LEAST_STEP:
+            tables.wrong(("plant", "step"), f"the plant would step every {step} ns",
+                         "1us is the least: the steps of a scan have to be simulated, one after the other")
         plant = PlantSetting(table.file, step, table.parameters, table.seed)
     safety = tables.table(("safety",), SafetyTable)
     return CoordinationSettings(

@@ -14,6 +14,7 @@ The tables of how modules work together are in `ldc/coordination.py`.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -38,6 +39,8 @@ NAME = "ldc.toml"
 EXTENSIONS = tuple(dict.fromkeys((".ld", ".st", ".il", *SUFFIXES)))
 OPENPLC = "project.json"
 _POU_ENDINGS = (".ld", ".fbd", ".st", ".il", ".py", ".cpp")
+
+_NO_SLAVE = re.compile(r"slave(?![1-4]$)\d+")
 
 Name = Annotated[str, Meta(min_length=1)]
 Role = Literal["master", "slave"]
@@ -285,6 +288,10 @@ def _check_processors(tables: Tables, processors: dict[str, str]) -> None:
             f"a project has one master, this one has {', '.join(masters) or 'none'}",
             'give the role "master" to one processor and "slave" to the others',
         )
+    for name, role in processors.items():
+        if role == "slave" and _NO_SLAVE.fullmatch(name.lower()):
+            tables.wrong(("processors", name), f"`{name}` is no number of a slave",
+                         "slave1 to slave4 have that number, a slave of another name the next free one")
 
 
 def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:

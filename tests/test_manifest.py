@@ -272,3 +272,28 @@ def test_durations(text: str, nanoseconds: int | None) -> None:
 @given(st.integers(1, (1 << 63) - 1))
 def test_a_printed_duration_reads_back(nanoseconds: int) -> None:
     assert parse_duration(duration_text(nanoseconds)) == nanoseconds
+
+
+@pytest.mark.parametrize("toml, said", [
+    ('[processors]\nmain = "master"\nslave9 = "slave"\n', "`slave9` is no number of a slave"),
+    ('[processors]\nmain = "master"\nSLAVE0 = "slave"\n', "`SLAVE0` is no number of a slave"),
+    ('[plant]\nfile = "p.py"\nstep = "1ns"\n', "the plant would step every 1 ns"),
+    ('[plant]\nfile = "p.py"\nstep = "999ns"\n', "the plant would step every 999 ns"),
+])
+def test_what_no_machine_has_is_refused(folder: Path, toml: str, said: str) -> None:
+    (folder / "ldc.toml").write_text(toml)
+    (folder / "main.ld").write_text(RUNG)
+    diagnostics = Diagnostics()
+    find_sources(["."], diagnostics)
+    assert [(d.code, d.message) for d in diagnostics] == [("LD0612", said)]
+
+
+@pytest.mark.parametrize("toml", [
+    '[processors]\nmain = "master"\nslave4 = "slave"\nSlave1 = "slave"\nslaver = "slave"\n',
+    '[processors]\nslave9 = "master"\n', '[plant]\nfile = "p.py"\nstep = "1us"\n'])
+def test_the_least_that_a_machine_has(folder: Path, toml: str) -> None:
+    (folder / "ldc.toml").write_text(toml)
+    (folder / "main.ld").write_text(RUNG)
+    diagnostics = Diagnostics()
+    find_sources(["."], diagnostics)
+    assert not list(diagnostics)

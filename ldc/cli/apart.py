@@ -17,7 +17,7 @@ from ldc.components.project import Native
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 from ldc.il.external import Binding
 from ldc.source import Span
-from runtime.guard import Beat, Crash, guarded
+from runtime.guard import HANG, Beat, Crash, guarded
 
 _NO_ROOM = 74
 """How the process ends when what it writes has no room: the file it wrote is not whole (EX_IOERR)."""
@@ -25,8 +25,9 @@ _NO_ROOM = 74
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int],
           orderly: bool = False) -> int:
-    """The status of the work. ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a crash, with the component and its line in C, and OSError
-    when there is no room for what the work writes."""
+    """The status of the work. ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a
+    crash, with the component and its line in C, and OSError when there is no room for what the work
+    writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics)
     if handler is None:
@@ -61,8 +62,18 @@ def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]
     """A crash in words, at its line when that is known."""
     unit = next((b.unit for b in bindings if crash.library is not None and b.library == crash.library), None)
     native = next((n for n in result.natives if unit is not None and n.unit.name == unit), None)
-    name = f"component {native.component.name}" if native else "a component"
     bag = Diagnostics()
+    manifest = result.sources.manifest
+    plant = manifest is not None and manifest.coordination.plant is not None
+    if crash.hang and crash.library is None:
+        bag.error("LD0847", f"a scan takes longer than {HANG:g} seconds, outside of components: the run was "
+                  "ended",
+                  manifest.value_span("plant", "step") if plant else None, "so often the plant steps",
+                  help="the steps of the plant are part of a scan: let them be fewer, or do less" if plant
+                  else "`ldc bench` tells what a scan of the program takes")
+        return next(iter(bag))
+    name = f"component {native.component.name}" if native else "a component or the plant" if plant \
+        else "a component"
     span = _span(crash, native) if native else None
     bag.error(
         "LD0805",

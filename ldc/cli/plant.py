@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import NoReturn
 
+from ldc.cli.patience import Endless, Patience
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.coordination import Plant as Setting
 from ldc.reading import read_source
@@ -24,8 +25,8 @@ _MODULE = "ldc_plant"
 
 
 class Plant:
-    """The plant of a project. ``step`` raises Invalid when it fails. Raises Invalid when the file is no
-    Python, has no class `Plant`, or that cannot be made (LD0840 to LD0843)."""
+    """The plant of a project. ``step`` raises Invalid when it fails or does not end (LD0842, LD0846). Raises
+    Invalid when the file is no Python, has no class `Plant`, or that cannot be made (LD0840, LD0841, LD0843)."""
 
     def __init__(self, setting: Setting, field: Field) -> None:
         diagnostics = Diagnostics()
@@ -47,6 +48,7 @@ class Plant:
             parameters = json.loads(Path(setting.parameters).read_bytes())
         self._plant = self._guarded("cannot be made", lambda: kind(field, parameters, setting.seed))
         self._step: Callable[[int, int], object] = self._plant.step
+        self._patience = Patience()
         self.silences = self._silences if hasattr(self._plant, "silent") else None
 
     def connect(self, field: Field) -> None:
@@ -61,10 +63,19 @@ class Plant:
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """One step of the simulation."""
+        self._patience.begin()
         try:
             self._step(now_ns, dt_ns)
+        except Endless as error:
+            diagnostics = Diagnostics()
+            diagnostics.error("LD0846", f"the plant `{self._source.path}` does not come back from its step at "
+                              f"{milliseconds(now_ns)} ms", self._span(error), "was here when it was ended",
+                              help="bound every loop and wait for nothing: a step has the time of its period")
+            raise Invalid(diagnostics) from None
         except (Exception, SystemExit) as error:
             self._fails(error, f"fails at {milliseconds(now_ns)} ms")
+        finally:
+            self._patience.end()
 
     def _load(self) -> ModuleType:
         module = ModuleType(_MODULE)
