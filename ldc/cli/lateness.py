@@ -14,9 +14,9 @@ from runtime.realtime.lateness import Figures
 from runtime.values import milliseconds
 
 _BAR = 40
-_WIDTH, _LEFT, _TOP, _ROW, _HEIGHT = 640, 60, 30, 30, 110
+_WIDTH, _LEFT, _TOP, _ROW, _HEIGHT, _LABEL = 640, 60, 30, 30, 110, 44
 """Of the picture in SVG: its width, margins of a diagram, the room below it for texts, the height of its
-bars."""
+bars, the width of a label."""
 
 
 @record
@@ -72,13 +72,15 @@ def svg(processors: Sequence[Processor]) -> str:
         rows = p.figures.rows()
         most = max((count for _, _, count in rows), default=1)
         step = (_WIDTH - 2 * _LEFT) / max(len(rows), 1)
+        told_each = -int(-_LABEL // step)
         base = at + _TOP + _HEIGHT
         parts.append(f'<text x="{_LEFT}" y="{at + 20}" class="title">{escape(_title(p))}</text>')
         for n, (low, high, count) in enumerate(rows):
             height, x = max(_HEIGHT * count / most, bool(count)), _LEFT + n * step
             parts.append(f'<rect x="{x + 1:.1f}" y="{base - height:.1f}" width="{step - 2:.1f}" '
                          f'height="{height:.1f}"><title>{_us(low)} .. {_us(high)} us: {count}</title></rect>')
-            parts.append(f'<text x="{x + step:.1f}" y="{base + 14}">{_us(high)}</text>')
+            if (len(rows) - 1 - n) % told_each == 0:
+                parts.append(f'<text x="{x + step:.1f}" y="{base + 14}">{_us(high)}</text>')
         parts.append(f'<path d="M{_LEFT} {base}H{_WIDTH - _LEFT}"/>')
         parts.append(f'<text x="{_WIDTH - _LEFT + 28}" y="{base + 14}">us</text>')
         parts.append(f'<text x="{_LEFT - 6}" y="{at + _TOP + 8}" class="count">{most}</text>')
