@@ -95,8 +95,29 @@ def test_between_two_scans_outputs_are_safe_at_once(tmp_path: Path) -> None:
     assert first_safe(run).time_ns == 59 * MS
 
 
-def test_a_stop_that_the_ladder_computes_and_an_input_of_a_late_scan(tmp_path: Path) -> None:
-    """It counts from the rung that computes it; inputs come with the ticks also while a scan goes on."""
+def test_an_input_that_comes_while_a_scan_is_late(tmp_path: Path) -> None:
+    """Inputs come with the ticks, also with one at which the scan before goes on."""
+    cost = Cost(instruction=150_000)
+    run = Run(modules(tmp_path, BOTH + SAFETY), cost=cost).scans(2).scans(1, go=True)
+    pieces = [20 * MS + piece * 3 // 2 for piece in begins(run)]
+    assert pieces[-1] > 33 * MS
+    run.scans(1, estop=True)
+    assert first_safe(run).time_ns == next(piece for piece in pieces if piece >= 30 * MS)
+    assert run.violations == []
+
+
+def test_a_force_holds_off_an_emergency_stop(tmp_path: Path) -> None:
+    run = stopped(tmp_path, 53 * MS)
+    run.machine.forces.add("estop", "FALSE")
+    run.scans(3)
+    assert run.system.master.state is Master.RUN and run.get("%QX0.1")
+    run.machine.forces.remove("estop")
+    run.scans(1)
+    assert run.system.master.state is Master.ERROR and not run.get("%QX0.1")
+
+
+def test_a_stop_that_the_ladder_computes(tmp_path: Path) -> None:
+    """It counts from the rung that computes it."""
     folder = modules(tmp_path, BOTH + '[safety]\nestop = "panic"\nreset = "reset"\n')
     (folder / "io.ld").write_text((folder / "io.ld").read_text().replace(
         "END_VAR", "    panic : BOOL;\nEND_VAR"))
