@@ -37,12 +37,12 @@ class TaskTooLong(Exception):
 
 class TaskOverdue(Exception):
     """Executions of a task have missed some periods, of ``period_ns`` each, since the last one that ended in
-    time; the longest one took ``worst_ns`` so far."""
+    time; the longest took ``worst_ns`` so far from when it was due."""
 
     def __init__(self, missed: int, period_ns: int, worst_ns: int) -> None:
         self.missed, self.period_ns, self.worst_ns = missed, period_ns, worst_ns
         super().__init__(f"{missed} periods of {milliseconds(period_ns)} ms missed in a row, "
-                         f"the longest execution takes {milliseconds(worst_ns)} ms so far")
+                         f"up to {milliseconds(worst_ns)} ms so far from when it was due")
 
 
 @dataclass(frozen=True, slots=True)
