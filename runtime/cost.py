@@ -6,9 +6,9 @@ calls. A further pass of a loop counts when it is made (``runtime.vm.paced``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.il.program import ARITHMETIC, COMPARISON, Instr, Program, Unit
+from ldc.records import record
 from ldc.types import Instance
 
 _GROUPS = {f"{op}{end}": group for group, ops in (("arithmetic", ARITHMETIC), ("comparison", COMPARISON))
@@ -17,7 +17,7 @@ _FREE = frozenset(("LABEL", ")"))
 _CALLS = frozenset(("CAL", "CALC", "CALCN", "EXT"))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cost:
     """The table ``[cost]``: ``instruction`` is what an IL instruction costs unless its group says otherwise:
     ``arithmetic``, ``comparison``, ``function`` (one of the library), ``call`` (of a block, a FUNCTION of the

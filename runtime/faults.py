@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostic, Label
 from ldc.library.faults import DivisionByZero
+from ldc.records import record
 from ldc.source import Span
 from runtime.values import milliseconds
 
@@ -45,7 +45,7 @@ class TaskOverdue(Exception):
                          f"up to {milliseconds(worst_ns)} ms so far from when it was due")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """A place in the code: the POU, the key of the rung and the number of the instruction in it."""
 
@@ -59,7 +59,7 @@ class Place:
         return f"{self.pou}, rung {self.rung}, instruction {self.instruction}"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Fault:
     """Why and where a task stopped. ``calls``: the places of the calls that led there, outermost first.
 

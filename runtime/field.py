@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from ldc.il.placement import Point
 
@@ -42,16 +43,13 @@ class Field:
         view, index = self._views[_FORMATS[place.type]], place.index
         if place.type == "bool32":
             return lambda: view[index] != 0
-        return lambda: view[index]
+        return partial(view.__getitem__, index)
 
     def writer(self, path: str) -> Callable[[Value], None]:
         """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError
         for values that the declared type does not hold. Raises UnknownPoint."""
         place = self._find(path)
         view, index, low, high = self._views[_FORMATS[place.type]], place.index, place.low, place.high
-
-        def write(value: Value) -> None:
-            view[index] = value
 
         def switch(value: Value) -> None:
             view[index] = bool(value)
@@ -61,7 +59,9 @@ class Field:
                 raise ValueError(f"`{path}` holds {low} to {high}, not {value}")
             view[index] = value
 
-        return switch if place.type == "bool32" else write if place.type == "f32" else bounded
+        if place.type == "f32":
+            return partial(view.__setitem__, index)
+        return switch if place.type == "bool32" else bounded
 
     def _find(self, path: str) -> Point:
         key = path.strip().upper()

@@ -17,8 +17,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+
+from ldc.records import record
 
 HANG = 2.0
 """Seconds without a beat after which work counts as hanging; a scan takes milliseconds."""
@@ -30,7 +31,7 @@ _POLL = 0.02
 _PLACE = re.compile(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Crash:
     """How the process ended. ``signal``: its number, 0 for an exit that nobody asked for; ``hang``: it was
     stopped because it did not go on. ``file``, ``line``: where in a source, "" and 0 when that is not known;

@@ -9,17 +9,17 @@ way (``%IX0.3`` and ``%IB0``, or INT and WORD at ``%QW0``) the variables are pac
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from ldc.il.homes import Cell, Home, Packed, direct_addresses, end_of, homes, located
 from ldc.il.program import Program, Resource, Run, Unit
+from ldc.records import record
 from ldc.symbols import Location, Variable
 
 NOW, FIRST_SCAN = "_now", "_first_scan"
 INTRINSIC = {"%NOW": NOW, "%FIRST_SCAN": FIRST_SCAN}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Root:
     """A variable that has a path: ``path`` is its root name, ``hidden`` memories are no user's business."""
 
@@ -28,7 +28,7 @@ class Root:
     home: Home
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Layout:
     """``globals`` and ``programs`` (one table per program instance) are keyed by names in capitals;
     ``direct`` by canonical address, for addresses used without a declaration."""

@@ -13,6 +13,7 @@ from math import gcd
 
 from ldc.expr import Place
 from ldc.il.program import Program, Task
+from ldc.records import record
 from ldc.types import Type
 from runtime import checksum
 from runtime.faults import Fault, describe
@@ -39,7 +40,7 @@ class Schedule:
     stopped: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Checkpoint:
     """The state of a machine between two scans. ``memory``: what its engine made of the variables;
     ``schedules``: due, single_before and stopped of each."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from time import sleep
 
 from ldc.il import block
 from ldc.il.layout import type_hash
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import Array, Instance, String, Struct, Subrange, Type, is_scalar, storage
 from runtime.checksum import canonical, value_of
@@ -28,7 +28,7 @@ from runtime.vm.memory import get
 _AT_ONCE = 256
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """A scalar, or an array of scalars, that is retained. ``type``: of one scalar; ``hash``: of it all."""
 
@@ -38,7 +38,7 @@ class Leaf:
     symbols: tuple[Symbol, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Restored:
     """Paths by what became of them."""
 
@@ -55,7 +55,7 @@ def leaves(layout: Layout) -> tuple[Leaf, ...]:
                  for leaf in walk.root(root))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Walk:
     layout: Layout
     hashes: dict[Type, str]
@@ -118,7 +118,7 @@ def _says(variable: Variable, inherited: bool) -> bool:
 # ---- saving ------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Identity:
     """Whose values they are; see ``Kept``. ``layout`` is asked for when a save is made."""
 

@@ -12,10 +12,10 @@ import operator
 import re
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import islice
 
 from ldc.diagnostics import Invalid
+from ldc.records import record
 from ldc.types import BOOL, String, storage
 from runtime import value_findings as findings
 from runtime.machine import Machine
@@ -32,7 +32,7 @@ _Shape = tuple[list[int], tuple[Symbol, ...]]
 _Row = tuple[int, int, _Shape, tuple]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Trigger:
     """``test``: whether the values before (None: there is none) and now are the event."""
 

@@ -5,16 +5,16 @@ A row sets the variables of its columns before that scan, an empty cell leaves o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostics, Label
+from ldc.records import record
 from ldc.source import SourceFile, Span
 from runtime.machine import Machine
 from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import parse
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Stimuli:
     """``rows``: per scan number what is set before it, in the order of the columns; ``last``: the highest."""
 
@@ -36,7 +36,7 @@ class Stimuli:
         return Stimuli(rows, self.last)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Cell:
     text: str
     span: Span

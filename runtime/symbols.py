@@ -8,9 +8,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from ldc.expr import strides
+from ldc.records import record
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Root, slot
@@ -24,7 +24,7 @@ class UnknownSymbol(LookupError):
     """No variable of that path; the message names near ones."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Symbol:
     """One scalar of the machine. ``keys``: attribute names and flat indexes from the root to it;
     ``bit``: one bit of a bit string; ``area``: I Q M when located."""

@@ -8,12 +8,13 @@ reads them. What has nothing to do is not activated: a slave whose algorithms re
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
 from ldc.il.placement import NoRoom, Placed, placed, points, same_body
+from ldc.records import record
 from runtime.cost import Cost
 from runtime.faults import Fault, TaskOverdue
 from runtime.field import Field
@@ -33,6 +34,10 @@ from runtime.slave.part import SlavePart
 from runtime.timing import Executions
 from runtime.units import UnitEvent
 
+_NEVER = 1 << 63
+"""A time in ns that does not come."""
+
+
 class Plant(Protocol):
     """What is simulated around the controller. It knows nothing but the field and the time, in ns. One that
     has a method ``connect(field)`` is given the field of each program that takes over: the same words, other
@@ -48,17 +53,17 @@ class Events(Protocol):
 
 
 class _Slave:
-    """``index``: among the processors; ``due``: when its algorithms execute next, None while all rest;
+    """``index``: among the processors; ``due``: when its algorithms execute next, never while all rest;
     ``period_ns``: of its algorithms."""
 
     __slots__ = ("part", "index", "due", "period_ns")
 
     def __init__(self, part: SlavePart, index: int) -> None:
         self.part, self.index, self.period_ns = part, index, part.period_ns
-        self.due: int | None = None
+        self.due = _NEVER
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Deployed:
     """What a program means for the parts: its algorithms in their places and how they are made, how modules
     work together, the points of the field. ``stays``: paths of the algorithms that go on from the program
@@ -109,7 +114,7 @@ class System:
                  watchdogs: Mapping[str, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._flags = _Flags(self.shared)
-        self._plant, self._plant_ns, self._plant_due = plant, plant_ns, 0
+        self._plant, self._plant_ns, self._plant_due = plant, plant_ns, _NEVER if plant is None else 0
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
         self._seen = seen
@@ -217,7 +222,7 @@ class System:
         def communication(now: int) -> None:
             part.communicate()
             for slave in self._slaves:
-                if self._flags.by_master(slave.part.number):
+                if self._flags.by_master(slave.part.number) and slave.part.wanted:
                     self._scheduler.raise_event(slave.index, "communication")
 
         def overdue(now: int) -> None:
@@ -238,15 +243,14 @@ class System:
             part.communicate()
             if self._flags.by_slave(part.number):
                 self._scheduler.raise_event(0, "communication")
-            if part.busy and slave.due is None:
+            if part.busy and slave.due == _NEVER:
                 slave.due = -(-now // slave.period_ns) * slave.period_ns
                 if slave.due == now:
                     slave.due += slave.period_ns
                     self._scheduler.raise_event(slave.index, "algorithm")
 
         def algorithm(now: int) -> None:
-            part.execute()
-            if part.waiting:
+            if part.execute():
                 self._scheduler.raise_event(slave.index, "communication")
 
         def powered(work: Work) -> Work:
@@ -270,47 +274,53 @@ class System:
     # ---- time ------------------------------------------------------------------------------------
 
     def scan(self) -> None:
-        """One scan of the master, and what else happens until the next one."""
-        scheduler, slaves, plant = self._scheduler, self._slaves, self._plant
+        """One scan of the master, and what else happens until the next one. The scheduler is asked only when
+        it has threads to execute."""
+        scheduler, slaves, seen = self._scheduler, self._slaves, self._seen
+        plant, plant_ns, began = self._plant, self._plant_ns, self._began
         if self._executions is not None:
             self.machine.latch()
             self._guard()
         end = scheduler.now_ns + self.machine.period_ns
         while True:
-            now = scheduler.next_ns
-            if plant is not None and self._plant_due < now:
-                now = self._plant_due
+            soonest, due = _NEVER, self._plant_due
             for slave in slaves:
-                if slave.due is not None and slave.due < now:
-                    now = slave.due
+                if slave.due < soonest:
+                    soonest = slave.due
+            now = soonest if soonest < due else due
+            planned = scheduler.next_ns
+            if planned < now:
+                now = planned
             if now >= end:
                 break
-            self._instant(now)
+            if due <= now:
+                plant.step(began + now, plant_ns)
+                self._plant_due = due + plant_ns
+                if self._executions is not None:
+                    scheduler.run(now)
+                    self._guard()
+                    planned = scheduler.next_ns
+            released = self._released(now) if soonest <= now else ()
+            for slave in released:
+                scheduler.release_first(slave.index, "algorithm", now)
+            if planned <= now or released and scheduler.next_ns <= now:
+                scheduler.run(now + 1)
+            if seen is not None:
+                seen(self.snapshot(now))
         scheduler.run(end)
         if self._executions is not None:
             self.machine.end()
 
-    def _instant(self, now: int) -> None:
-        """Everything that happens at one moment; the scheduler is asked only when it has threads to
-        execute."""
-        scheduler = self._scheduler
-        if self._plant is not None and self._plant_due <= now:
-            self._plant.step(self._began + now, self._plant_ns)
-            self._plant_due += self._plant_ns
-            if self._executions is not None:
-                scheduler.run(now)
-                self._guard()
-        due = [slave for slave in self._slaves if slave.due is not None and slave.due <= now]
-        if due:
-            scheduler.run(now)
-        for slave in due:
-            slave.due = now + slave.period_ns if slave.part.busy else None
-            if slave.due is not None:
-                scheduler.release(slave.index, "algorithm")
-        if due or scheduler.next_ns <= now:
-            scheduler.run(now + 1)
-        if self._seen is not None:
-            self._seen(self.snapshot(now))
+    def _released(self, now: int) -> list[_Slave]:
+        """The slaves whose algorithms execute now; their next times are set."""
+        found = []
+        for slave in self._slaves:
+            if slave.due <= now:
+                busy = slave.part.busy
+                slave.due = now + slave.period_ns if busy else _NEVER
+                if busy:
+                    found.append(slave)
+        return found
 
     def snapshot(self, now: int) -> Snapshot:
         """What there is when everything of a moment is done. ``now``: its time of the scheduler."""

@@ -5,7 +5,8 @@ V: visual thread, C: control thread, A: algorithm thread. S0, S1 and S2 are the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ldc.records import record
+
 
 V_RX, V_STORE, V_DEFRAME = "V.RX", "V.STORE", "V.DEFRAME"
 C_START, C_LOGIC, C_DEFRAME = "C.START", "C.LOGIC", "C.DEFRAME"
@@ -15,7 +16,7 @@ A_START, A_DEFRAME, A_EXEC = "A.START", "A.DEFRAME", "A.EXEC"
 A_FEEDBACK, A_END = "A.FEEDBACK", "A.END"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class UnitEvent:
     """A unit was executed. ``index``: what it was about: of a module (C.START, C.END), an algorithm's aid
     (A.*, C.SEND, C.FEEDBACK), a message's offset in MSGF (C.BCAST, C.MSG), else 0. ``detail``: more of it: a
@@ -28,7 +29,7 @@ class UnitEvent:
     detail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Unit:
     """``s0``, ``s1``, ``s2``: the number in each paper, the same for two units that it does in one; empty:
     the paper has no such unit."""

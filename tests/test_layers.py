@@ -44,7 +44,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     | {"ldc.coordination", "ldc.manifest", "ldc.pipeline", "ldc.draw", "ldc.export", "ldc.render", "ldc.reports", "runtime"},
     "runtime": BASE | {"ldc.library", "ldc.il"},
 }
-INSIDE_RUNTIME = {"runtime.protocol": {"ldc.il.areas"}, "runtime.processors": {"runtime.protocol", "runtime.units"}}
+INSIDE_RUNTIME = {
+    "runtime.protocol": {"ldc.records", "ldc.il.areas"},
+    "runtime.processors": {"ldc.records", "runtime.protocol", "runtime.units"},
+}
 """What parts of the runtime that run without a machine may import beside themselves."""
 RUNTIME_NEVER_LOADS = ("ldc.parser", "ldc.model", "ldc.graph", "ldc.cli", "ldc.pipeline")
 

@@ -108,6 +108,25 @@ def test_where_a_run_is_cut_makes_no_difference(drawn, cuts) -> None:
     assert parts == whole
 
 
+@settings(max_examples=150, deadline=None)
+@given(machines(), st.integers(0, 2), st.sets(st.integers(0, 60), max_size=8))
+def test_a_thread_that_is_released_first_does_what_it_does_from_the_queue(drawn, number, times) -> None:
+    processors, _ = drawn
+    number %= len(processors)
+    processors[number].append(Spec("extra", "algorithm", None, (2, 0, 3)))
+    logs: tuple[list, list] = [], []
+    for log, first in zip(logs, (False, True), strict=True):
+        made = scheduler(processors, log)
+        for time in sorted(times):
+            made.run(time)
+            if first:
+                made.release_first(number, "extra", time)
+            else:
+                made.release(number, "extra")
+        made.run(80)
+    assert logs[0] == logs[1]
+
+
 # ---- rule by rule
 
 def test_a_higher_level_preempts_between_two_pieces() -> None:

@@ -10,6 +10,7 @@ from il_build import program, simple, unit, var
 from ldc.expr import Place
 from ldc.il.program import Run, Task
 from ldc.types import (
+    BOOL,
     BYTE,
     DINT,
     DWORD,
@@ -306,3 +307,16 @@ def test_the_checksum_tells_states_apart_and_nothing_else() -> None:
     assert one.checksum() != two.checksum()
     two_int_one_real_one_bool = bytes(2 + 2 + 4 + 1)
     assert machine("ab").checksum() == hashlib.sha256(two_int_one_real_one_bool).hexdigest()[:16]
+
+
+def test_a_reader_gives_members_and_cells_in_their_order_after_a_state_was_put_back_too() -> None:
+    pair = Struct("PAIR", (Field("n", INT), Field("on", BOOL)))
+    machine = Machine(simple([var("p", pair), var("m", INT)], "LD p.n; ST m"))
+    read = machine.reader(machine.find(("p.n", "m", "p.on")))
+    machine.set("p.n", 3), machine.set("p.on", True)
+    kept = machine.checkpoint()
+    machine.scan()
+    assert read() == (3, 3, True) and machine.reader(())() == ()
+    machine.restore(kept)
+    assert read() == (3, 0, True)
+    assert machine.reader(machine.find(("p.n",)))() == (3,)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostic
+from ldc.records import record
 from runtime.faults import TaskOverdue, describe
 from runtime.protocol.check import Code
 from runtime.values import milliseconds
@@ -21,7 +21,7 @@ _WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LinkFault:
     """P has given up a transfer of an algorithm (``path``). ``scan``, ``now_ns``: of the master."""
 
@@ -40,7 +40,7 @@ class LinkFault:
             "the module stands until [safety] reset")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ScanOverdue:
     """The watchdog of the control thread has ended everything. ``scan``, ``now_ns``: of the master."""
 

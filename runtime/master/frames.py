@@ -9,10 +9,10 @@ words themselves. ``when`` and ``until`` are places in the table of conditions, 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Sequence
+from ldc.records import record
 from runtime.protocol.envelope import crc16
 from runtime.protocol.memory import Watched, Words
 
@@ -31,7 +31,7 @@ class TooLong(ValueError):
     """A program does not fit a buffer, or has more conditions or parameters than frames can count."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Frame:
     """``when``, ``until``: numbers of conditions, 0: none. ``parameters``: addresses in LCD with their
     words."""

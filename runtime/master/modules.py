@@ -43,7 +43,7 @@ class Life:
 
 class Modules:
     """``memory``: of the master. Bits in LCF may be set by anybody who may (messages, the customised program)
-    between two scans."""
+    between two scans. ``stand``: one of the modules does."""
 
     def __init__(self, memory: Memory, modules: Iterable[Module], proxies: Sequence[Proxy]) -> None:
         self._memory = memory
@@ -54,6 +54,7 @@ class Modules:
                  tuple(p for p in proxies if p.placed.module == module.index)) for module in modules)
         self._words = tuple(dict.fromkeys(life.word for life in self.lives))
         self._by_index = {life.module.index: life for life in self.lives}
+        self.stand = False
         self._seen = dict.fromkeys(self._words, 0)
         self._rests = dict.fromkeys(self._words, 0)
         self._done: Callable[[], tuple] = tuple
@@ -174,10 +175,11 @@ class Modules:
 
     def hold(self, life: Life) -> None:
         """From now on the module stands and its outputs have their safe values, until ``release``."""
-        life.stands = True
+        self.stand = life.stands = True
         life.held = self._machine.safe_values(life.runs)
 
     def release(self) -> None:
+        self.stand = False
         for life in self.lives:
             life.stands, life.held = False, []
 

@@ -254,7 +254,7 @@ class MasterPart:
     def _sequence_goes_on(self) -> bool:
         """There is one, and nothing stands after a fault: what would be the next step is not to be had."""
         return (self.customised_program is not None and self.state is not Master.ERROR
-                and not any(life.stands for life in self.modules.lives))
+                and not self.modules.stand)
 
     # ---- communication thread --------------------------------------------------------------------
 

@@ -25,6 +25,8 @@ from runtime.symbols import Symbol
 Pins = tuple[object, ...]
 """Values of the pins that go to the slave, in the order of ``Placed.parameters``."""
 
+_STATES = tuple(State)
+
 _REAL = 3.4028235677973366e38
 """A number from which on rounding to 32 bits gives infinity."""
 
@@ -92,7 +94,8 @@ class Proxy:
         for pid, symbol in self._outputs.items():
             value = box[pid]
             self._machine.assign(symbol, value != 0 if symbol.type == BOOL else value)
-        self.error, self.state = box[self.placed.feedback[-2].pid], State(box[self.placed.feedback[-1].pid])
+        self.error, state = box[self.placed.feedback[-2].pid], box[self.placed.feedback[-1].pid]
+        self.state = _STATES[state]
         if self.state is State.RUNNING:
             return ""
         self._end(self.state is State.DONE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import cffi
 
 from ldc.il.block import Block
 from ldc.il.external import Binding
+from ldc.records import record
 from runtime import fault_record
 from runtime.faults import Place
 
@@ -20,7 +20,7 @@ class WrongLibrary(Exception):
     """The file is no native code for this program, or of another version of the interface."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Code:
     """What a build gave: the shared object, the memory that it works on, for every driver of it the name of
     the POU and the first rung of each part, and the components that it calls, by their numbers."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostic
 from ldc.il.homes import end_of
 from ldc.il.layout import lay_out
 from ldc.il.program import Program, Task
+from ldc.records import record
 from runtime.layout import Layout
 from runtime.online import findings
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Limits:
     """Bytes that a program may use: of each area I, Q and M, and of its data."""
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from ldc.il.coordination import Coordination
+from ldc.records import record
 from runtime.faults import Fault
 from runtime.machine import Machine
 from runtime.online import checks, findings, migrate, swap
@@ -46,7 +47,7 @@ class Loaded:
     makers: Mapping[str, Maker] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Staged:
     """A program that may take over, from ``old``, and the ways of the state to and fro."""
 
@@ -57,7 +58,7 @@ class Staged:
     owner: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Event:
     """Something that happened to the running program. ``digest``: what runs from now on."""
 

@@ -9,10 +9,10 @@ a new one of an edge is set so that its first execution shows no edge.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from ldc.diagnostics import Diagnostic
 from ldc.il.layout import type_hash
+from ldc.records import record
 from ldc.types import Array, Instance, Struct, Type, is_scalar, storage
 from runtime.layout import Layout, Root
 from runtime.online import findings
@@ -22,7 +22,7 @@ _NO_EDGE = {"P": True, "PC": True, "N": False, "NC": False}
 Bit = tuple[str, int, Type]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plan:
     """``whole``: variables that are copied as they are, old and new; ``parts``: single scalars;
     ``quiet``: new edge memories with the value that shows no edge. ``kept``, ``initialised``, ``dropped``:

@@ -8,10 +8,10 @@ are others now are copied between two scans. Native memory is copied as a few ru
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import compress
 from operator import is_not
 
+from ldc.records import record
 from runtime.in_block import InBlock
 from runtime.layout import Cell, Root
 from runtime.machine import Machine
@@ -24,7 +24,7 @@ Move = Callable[[], None]
 _NEVER = object()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Moves:
     """``there``: from the running program to the staged one, what is new in that as at its start; ``back``:
     what both have. To be called between two scans."""

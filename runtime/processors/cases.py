@@ -11,9 +11,9 @@ C.DEFRAME clears it; who sets a start bit is seen by C.START, and C.END clears i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
+from ldc.records import record
 from runtime.units import (
     A_DEFRAME, A_END, A_EXEC, A_FEEDBACK, A_START, C_BCAST, C_DEFRAME, C_END, C_FEEDBACK, C_LOGIC, C_MSG,
     C_SEND, C_START, V_DEFRAME, V_RX, V_STORE)
@@ -32,7 +32,7 @@ class Event(Protocol):
     def detail(self) -> str: ...
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mark:
     """An event: of unit ``unit``, about ``role`` (a name that the caller gives an index; "": anything), with
     the detail ``detail`` ("": any)."""
@@ -50,7 +50,7 @@ Matches = Callable[[Mark, Event], bool]
 First = Callable[..., int | None]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Repeated:
     """The marks in their order, ``least`` times or more, before the next mark of the case happens: each time
     one happens, the one before it has happened at least as often."""
@@ -59,7 +59,7 @@ class Repeated:
     least: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Overlap:
     """``first`` and ``second`` are both under way at some time: from the first event of the first mark to the
     first one after it of the second."""
@@ -68,7 +68,7 @@ class Overlap:
     second: tuple[Mark, Mark]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Case:
     """``chains``: each in its order, independent of the others. ``never``: (a, b): no a before the first b.
     ``once``: happens at most once."""

@@ -6,14 +6,14 @@ A trace is a sequence of snapshots, taken when everything of a moment is done, a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
+from ldc.records import record
 from runtime.processors.states import Master, Slave, at_rest
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Access
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Snapshot:
     """``slaves``, ``executing``: a state and the flags of AFE for each slave, from slave 1. ``safe``: all
     outputs have their safe values. ``raised``: slots of which a flag is 1; ``open``: those with a transfer;
@@ -29,7 +29,7 @@ class Snapshot:
     open: frozenset[tuple[int, bool, int]] = frozenset()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Took:
     """A slave has checked and taken a transfer."""
 
@@ -39,7 +39,7 @@ class Took:
     cmd: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Executed:
     """A slave has begun to execute an algorithm (A.EXEC) with the parameters of transfer ``seq``."""
 

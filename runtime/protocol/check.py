@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import inf, isfinite
 from typing import NamedTuple
 
+from ldc.records import record
 from runtime.protocol.envelope import HEAD, Command, Envelope, Head, decode, head, intact, successor, token
 
 
@@ -37,7 +38,7 @@ TRANSIENT = frozenset((Code.CRC, Code.SEQ, Code.SILENT))
 """Codes after which the same envelope is sent again."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parameter:
     """``type``: f32, i32, u32 or bool32. ``rate``: the most that it may differ from its last value."""
 
@@ -66,6 +67,12 @@ class Algorithm:
         if self.stamp is not None and types.get(self.stamp) != "u32":
             raise ValueError(f"algorithm {self.aid:#x}: its stamp is no parameter of type u32")
         object.__setattr__(self, "layout", _layout(self.parameters))
+
+    def packed(self, values: Sequence[float]) -> bytes:
+        """The data of an envelope with these values, in the order of the parameters. Raises struct.error."""
+        words = [*self.layout.pids] * 2
+        words[::2], words[1::2] = self.layout.pids, values
+        return self.layout.words.pack(*words)
 
 
 class Layout(NamedTuple):
@@ -211,7 +218,4 @@ def values_of(envelope: Envelope, algorithm: Algorithm) -> dict[int, float]:
 
 def adata_of(values: Mapping[int, float], algorithm: Algorithm) -> bytes:
     """The data of an envelope, in the order of the algorithm's parameters. Raises KeyError, struct.error."""
-    found = []
-    for pid in algorithm.layout.pids:
-        found += (pid, values[pid])
-    return algorithm.layout.words.pack(*found)
+    return algorithm.packed([values[pid] for pid in algorithm.layout.pids])

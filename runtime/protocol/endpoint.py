@@ -50,7 +50,8 @@ class Endpoint:
     def poll(self) -> Sequence[Event]:
         """As many steps of each machine as are possible now, and what has come of them: at most one event of
         each. Both machines stand at a wait then, or at the end of a transfer."""
-        first = sending.run(self.sender, self.out, self.memory)
+        sender = self.sender
+        first = None if sender.phase in _AT_REST else sending.run(sender, self.out, self.memory)
         second = receiving.run(self.receiver, self.into, self.memory, self.situation)
         return _events(first, second)
 

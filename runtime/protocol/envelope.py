@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from enum import IntEnum
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 HEAD = 20
@@ -94,6 +94,7 @@ _FACTOR = 0xC001
 """x^15 + x + 1, the highest coefficient in the lowest bit."""
 
 
+@lru_cache(maxsize=64)  # sender and receiver of one process ask for the same
 def crc16(data: bytes, crc: int = 0xFFFF) -> int:
     """CRC-16/MODBUS: polynomial 0x8005 reflected, begun with 0xFFFF. ``crc``: that of what goes before.
 

@@ -8,12 +8,13 @@ an ideal executor would leave, ``CANONICAL`` the order that every transfer of th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from ldc.records import record
 
 MASTER, SLAVE = "M", "S"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Action:
     """``kind``: ``set`` or ``clear`` a flag, ``send`` or ``check`` data. ``by``: M or S."""
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ldc.il.areas import MASTER, PROCESSORS, SLAVES, Area, areas, shared_range
+from ldc.records import record
 
 
 class Words:
@@ -84,7 +84,7 @@ def bit(number: int) -> tuple[int, int]:
     return number // 32 * 4, 1 << number % 32
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Memory:
     """What one processor reaches: its own bits (M) and data (D), and the shared memory."""
 
@@ -128,7 +128,7 @@ class ForeignAccess(Exception):
     """A processor touches a word that it may not read, or may not write."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Access:
     """``kind``: ``load``, ``store``, ``set``, ``clear``; ``value``: the bits or the bytes concerned."""
 
@@ -139,7 +139,7 @@ class Access:
     value: int | bytes
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Range:
     first: int
     end: int

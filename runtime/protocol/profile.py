@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ldc.il.areas import SLAVES, areas
+from ldc.records import record
 from runtime.protocol.envelope import HEAD
 
 SET, CLEAR, COPY = "set", "clear", "copy"
@@ -20,7 +21,7 @@ SLOTS = 32
 Script = tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Profile:
     """``settled``: the answer counts when ``busy`` is 0 again."""
 
@@ -69,7 +70,7 @@ _WORD = {"begin": 0, "running": 4, "ack": 8, "busy": 12, "nack": 16, "order": 24
 _OF_SENDER = ("begin", "running", "order")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Channel:
     """Addresses of one direction of one slot. ``mask``: its bit in the words of flags.
 

@@ -6,7 +6,8 @@ exact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ldc.records import record
+
 
 BINS = 96
 """The last one holds everything from 14 s on."""
@@ -45,7 +46,7 @@ class Lateness:
         return Figures(tuple(words[:BINS]), words[_COUNT], words[_MISSED], words[_MOST])
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Figures:
     """``bins``: how often; ``count``: periods that began; ``missed``: those that did not, because the one
     before was too long or began too late; ``most_ns``: the greatest lateness."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
+from ldc.records import record
 from runtime.scheduler.thread import Thread
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Row:
     """One thread. Responses (activation to end) and jitter (how much the delays from activation to begin
     differ) in microseconds; utilisation: its share of the processor, in %. ``watchdogs``: how often

@@ -105,6 +105,21 @@ class Scheduler:
         self._end_pieces()
         self._released(on, on.threads[thread])
 
+    def release_first(self, processor: int, thread: str, now_ns: int) -> None:
+        """``release`` at a time before which nothing happens, of the most urgent thread that its processor
+        gets then: it begins at once, without the queue, when nothing else of that moment goes before it.
+        Raises KeyError."""
+        on, agenda = self._processors[processor], self._agenda
+        wanted, self.now_ns = on.threads[thread], now_ns
+        if self._turns or on.busy or wanted.active or agenda and agenda[0][0] <= now_ns:
+            self._end_pieces()
+            self._released(on, wanted)
+            return
+        wanted.active, wanted.released = True, now_ns
+        self._begin(on, wanted)
+        if on.stack:
+            self._turns |= 1 << on.index
+
     def _released(self, on: _Processor, thread: Thread) -> None:
         if not thread.active:
             self._activate(on, thread, self.now_ns)

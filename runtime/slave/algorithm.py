@@ -7,7 +7,6 @@ pins are words of the field, read before an execution and written after it (docs
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from ldc.expr import Place
@@ -15,6 +14,7 @@ from ldc.il import c_types
 from ldc.il.external import Binding
 from ldc.il.placement import ERROR, Placed
 from ldc.il.program import Instr, Program, Resource, Run, RungCode, Task, Unit
+from ldc.records import record
 from ldc.symbols import Variable
 from ldc.types import BOOL, Array, Instance, Struct, Type
 from runtime.faults import Fault
@@ -65,7 +65,7 @@ class Algorithm(Protocol):
         """Local outputs get their initial values."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Maker:
     """Makes algorithms of one unit. ``program``: what it needs to run alone; ``bindings``: native code in
     it; ``libraries``: the same, open: a loader finds them by name although the files may be gone by now."""

@@ -130,6 +130,11 @@ class SlavePart:
         """A transfer is open: ``communicate`` is to be called every millisecond, and when the master has."""
         return self._open != 0
 
+    @property
+    def wanted(self) -> bool:
+        """A transfer is open, on this side or by the master."""
+        return self._open != 0 or self.memory.shared.load(self._running) != 0
+
     # ---- communication, level 1 --------------------------------------------------------------------
 
     def communicate(self) -> bool:
@@ -218,8 +223,6 @@ class SlavePart:
     def execute(self) -> bool:
         """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate``
         has something to do."""
-        if not self._live:
-            return False
         now = self._now()
         for slot in tuple(self._live):
             if not slot.live:
@@ -249,7 +252,8 @@ class SlavePart:
         slot.due += placed.period_ns
         if slot.due <= now:
             slot.due = now + placed.period_ns
-        self._told(units.A_EXEC, slot, now)
+        if self._note is not None:
+            self._told(units.A_EXEC, slot, now)
         if self._seen is not None:
             self._seen(Executed(self.number, slot.seq, placed.aid))
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
-from itertools import chain
 
 from ldc.il.areas import areas
 from ldc.il.placement import Placed, PlacedPin, same_body
@@ -90,8 +89,7 @@ class Slot:
     def message(self, values: tuple[bool | int | float, ...]) -> bytes:
         """The data of a feedback with these outputs."""
         self.sent = *values, self.error, int(self.state)
-        layout = self._fed.layout
-        return layout.words.pack(*chain.from_iterable(zip(layout.pids, self.sent, strict=True)))
+        return self._fed.packed(self.sent)
 
     def goes_on(self, new: Placed, maker: Maker) -> bool:
         """Whether the algorithm of another placement is this one: same place, same pins, and

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ldc.il.flat import JUMPS, Flat
 from ldc.il.program import Instr
+from ldc.records import record
 from ldc.types import REAL, Instance, Type, default, is_scalar, storage
 from runtime.layout import slot
 from runtime.vm import expression as ex
@@ -24,7 +24,7 @@ from runtime.vm.writer import FORGETS, BadCode
 ARITY = 8
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Source:
     """Python text of one function and, per line (from 1), the flat position of its instruction (-1: none)."""
 

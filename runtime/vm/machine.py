@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 
 from ldc.il.external import Binding
 from runtime import machine
@@ -45,15 +45,15 @@ class Machine(machine.Machine):
 
     def reader(self, symbols: Iterable[Symbol]) -> Callable[[], tuple]:
         wanted, namespace = tuple(symbols), self._namespace
-        homes = {s.home for s in wanted}
         if len(wanted) > 1 and all(map(is_cell, wanted)):
             cells = itemgetter(*(s.home.name for s in wanted))
             return lambda: cells(namespace)
-        members = all(s.bit is None and s.keys and all(isinstance(k, str) for k in s.keys) for s in wanted)
-        if len(wanted) > 1 and len(homes) == 1 and members and isinstance(wanted[0].home, Cell):
-            # Of one instance. It is another object after a state was put back, so its cell is read each time.
-            name, pins = wanted[0].home.name, attrgetter(*(".".join(s.keys) for s in wanted))
-            return lambda: pins(namespace[name])
+        if all(isinstance(s.home, Cell) and s.bit is None and all(isinstance(k, str) for k in s.keys)
+               for s in wanted):
+            # By name, as the code of the program reads them: an instance is another object after a state was
+            # put back.
+            names = (".".join((s.home.name, *s.keys)) for s in wanted)
+            return eval(f"lambda: ({''.join(f'{name}, ' for name in names)})", namespace)
         return machine.Machine.reader(self, wanted)
 
     def put(self, symbol: Symbol, value: object) -> None:

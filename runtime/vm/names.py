@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
 from ldc.expr import Const, IndexStep, Place, strides
 from ldc.il.program import Unit
+from ldc.records import record
 from ldc.symbols import Location
 from ldc.types import Array, holds_blocks
 from runtime.layout import INTRINSIC, Cell, Home, Layout, Packed, slot
 from runtime.vm.memory import packed_name
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Root:
     """A variable in Python: ``text`` reads it, ``key`` names it for hazards. ``packed`` has its own access;
     ``cell`` is the namespace entry when it is one; ``shared``: a global instance, changed from elsewhere."""
