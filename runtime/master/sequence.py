@@ -14,17 +14,18 @@ papers only cite it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Sequence
+from ldc.records import record
 from runtime.master.frames import Frame, buffer, conditions, following, frames, parsed
 from runtime.protocol.memory import Memory, bit
 
 _ACTIVE, _SEEN, _PHASE, _STEP, _MODULE, _CYCLES, _STAGED = (
     areas()["ACPDD"].base + at for at in range(0, 28, 4))
 _CB, _CA = (bit(areas()["ACPF"].base + at) for at in (0, 32))
+_LCF = areas()["LCF"].base
 
 Reader = Callable[[], bool]
 Readers = Callable[[str], Reader]
@@ -42,11 +43,12 @@ class Phase(IntEnum):
     DONE = 4
 
 
+_PHASES = tuple(Phase)
 BOUNDARY = (Phase.IDLE, Phase.NEXT, Phase.DONE)
 """When a new program may become the active one."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Started:
     """The control thread has taken a step: the start bit of ``module`` and the words at ``addresses`` in LCD
     were written."""
@@ -55,14 +57,14 @@ class Started:
     addresses: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Exchanged:
     """The program of that generation is the active one."""
 
     generation: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Refused:
     """The program of that generation was damaged in memory; the one before goes on."""
 
@@ -72,7 +74,7 @@ class Refused:
 Event = Started | Exchanged | Refused
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Program:
     sequence: Sequence
     frames: tuple[Frame, ...]
@@ -95,7 +97,7 @@ class Customised:
 
     @property
     def phase(self) -> Phase:
-        return Phase(self._memory.data.load(_PHASE))
+        return _PHASES[self._memory.data.load(_PHASE)]
 
     @property
     def cycles(self) -> int:
@@ -162,7 +164,7 @@ class Customised:
                 frame = self._programs[data.load(_ACTIVE)].frames[data.load(_STEP)]
                 for address, words in frame.parameters:
                     data.write(address, words)
-                bits.set(*bit(areas()["LCF"].base + frame.module))
+                bits.set(*bit(_LCF + frame.module))
                 bits.set(*_CA)
                 events += (Started(frame.module, tuple(address for address, _ in frame.parameters)),)
         elif bits.test(*_CA):
@@ -217,7 +219,7 @@ class Customised:
     def _ended(self, program: _Program) -> bool:
         data, bits = self._memory.data, self._memory.bits
         module = data.load(_MODULE)
-        if module and bits.test(*bit(areas()["LCF"].base + module - 1)):
+        if module and bits.test(*bit(_LCF + module - 1)):
             return False
         return _true(program, program.frames[data.load(_STEP)].until)
 
