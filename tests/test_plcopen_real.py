@@ -378,6 +378,65 @@ def test_pins_with_numbers_of_other_types() -> None:
     assert run(xml, [{"u": 2, "a": 1}, {"a": 0}, {"a": 1}], "q v") == ["0 1", "0 1", "1 2"]
 
 
+PARTS = """<dataType name="Speed"><baseType><WORD/></baseType></dataType>
+<dataType name="Axis"><baseType><struct>
+<variable name="speed"><type><derived name="Speed"/></type></variable>
+<variable name="steps"><type><array><dimension lower="1" upper="2"/><baseType><WORD/></baseType></array></type>
+</variable>
+<variable name="n"><type><INT/></type></variable>
+</struct></baseType></dataType>"""
+
+
+@pytest.mark.parametrize("text, gives, told", [
+    ("o.speed := i; j := o.speed;", "j -2", ["INT WORD", "WORD INT"]),
+    ("o.steps[k] := i; j := o.steps[k] + o.n;", "j -2", ["INT WORD", "WORD DINT"]),
+    ("o.n := i; u := o.n;", "u 65534", ["INT WORD"]),
+    ("p := i; j := p;", "j -2", ["INT WORD", "WORD INT"]),
+    ("n(CU := a, PV := 1); u := n.CV;", "u 1", ["INT WORD"]),
+    ("n.PV := u; j := n.PV;", "j 0", ["WORD INT"])])
+def test_parts_of_variables_are_numbers_of_other_types(text, gives, told) -> None:
+    xml = statements(text, f"{VALUES}; o : Axis; p : Speed", PARTS)
+    assert sorted(findings(xml)) == sorted(WARNED.format(*pair.split()) for pair in told)
+    name, number = gives.split()
+    assert run(xml, [{"i": -2, "k": 1, "a": 1}], name) == [number]
+
+
+def test_a_part_at_a_pin_is_converted() -> None:
+    xml = project(pou("<FBD>" + "".join((
+        value(1, "o.speed"), value(2, "o.n"), block(3, "ADD", {"IN1": 1, "IN2": 2}, ("OUT",)),
+        result(4, "o.steps[2]", "3.OUT"))) + "</FBD>", f"{VALUES}; o : Axis"), types=PARTS)
+    assert WARNED.format("WORD", "DINT") in findings(xml)
+    assert run(xml, [{"o.speed": 65535, "o.n": 3}], "o.steps[2]") == ["2"]
+
+
+def test_numbers_are_converted_on_wires_between_blocks() -> None:
+    def made(name: str, text: str, inputs: str, outputs: str) -> str:
+        return pou(f"<ST><p>{text}</p></ST>", "", name, "functionBlock", f"<inputVars>{variables(inputs)}"
+                   f"</inputVars><outputVars>{variables(outputs)}</outputVars>")
+
+    main = pou("<FBD>" + "".join((
+        value(1, "u"), block(2, "give", {"a": 1}, ("b", "e"), "p"),
+        block(3, "CTU", {"PV": "2.b"}, ("Q", "CV"), "n"),
+        block(4, "own", {"x": "2.e", "d": "2.e", "r": "2.e"}, ("y", "z"), "o"), result(5, "v", "4.y"),
+        block(6, "own", {"x": "2.b"}, ("y", "z"), "o2"), result(7, "d", "4.z"))) + "</FBD>",
+        f"{MIXED}; p : give; o o2 : own")
+    xml = project(main, made("give", "b := a; e := -3;", "a : WORD", "b : WORD; e : INT"),
+                  made("own", "y := x; z := d + REAL_TO_DINT(r);", "x : WORD; d : DINT; r : REAL",
+                       "y : WORD; z : DINT"))
+    # A widening is made without a word.
+    assert [f for f in findings(xml) if f[:6] == "LD0156"] == [
+        WARNED.format("WORD", "INT"), WARNED.format("INT", "WORD")]
+    assert run(xml, [{"u": 7}], "n.PV v d o2.x") == ["7 65533 -6 7"]
+
+
+def test_a_number_that_may_not_fit_at_the_end_of_a_wire_is_an_error() -> None:
+    maker = pou("<ST><p>w := 1;</p></ST>", "", "give", "functionBlock",
+                f"<outputVars>{variables('w : DINT')}</outputVars>")
+    main = pou("<FBD>" + block(1, "give", {}, ("w",), "p") + block(2, "CTU", {"PV": "1.w"}, ("Q",), "n")
+               + "</FBD>", f"{MIXED}; p : give")
+    assert "LD0313" in {found[:6] for found in findings(project(main, maker))}
+
+
 def test_an_import_writes_the_conversions(tmp_path) -> None:
     (tmp_path / "plc.xml").write_text(statements("i := u; n(CU := a, RESET := b, PV := u);", MIXED))
     assert main(["import", str(tmp_path / "plc.xml"), "-o", str(tmp_path / "out")]) == 0

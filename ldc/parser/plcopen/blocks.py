@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ldc.library import blocks, functions
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, kinds, texts
+from ldc.parser.plcopen import findings, kinds, texts, wires
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
 from ldc.parser.plcopen.pins import OpenPins
@@ -143,15 +143,8 @@ class Pins:
 
     def _number(self, name: str) -> Elementary | None:
         """The type of a pin of a function block, or of an input of an own function, when it is a number."""
-        more, key = self.writer.drawing.more, name.upper()
-        own = (more.functions if self.is_function else more.interfaces).get(self.type.upper())
-        if own is not None:
-            return kinds.declared(v for group in own.values() for v in group).get(key)
-        if self.signature is None:
-            return None
-        pins = (*self.signature.inputs, *self.signature.outputs)
-        type_ = next((p.type for p in pins if p.name == key), None)
-        return type_ if isinstance(type_, Elementary) and type_.name in kinds.NUMBERS else None
+        type_ = wires.pin_type(self.type, self.is_function, name, self.writer.drawing.more)
+        return type_ if type_ is not None and type_.name in kinds.NUMBERS else None
 
     def _detour(self) -> None:
         """A conversion between a bit string and a REAL is two: the first at the pin, or the second at the
@@ -253,8 +246,29 @@ class Pins:
         if self._takes_power(pin):
             self.power_in, self.head = pin.name, net
             return
+        net = self._carried(net, pin)
         self.reads.append(net)
         self.pins.append(ast.Pin(pin.name or None, ast.Junction(net, span), False, span))
+
+    def _carried(self, net: str, pin: Input) -> str:
+        """The net in the type of the pin that it goes to; a new one behind a conversion."""
+        writer, span = self.writer, pin.node.span
+        if len(pin.sources) != 1 or pin.negated or pin.edge:
+            return net
+        (id_, output), = pin.sources
+        more = writer.drawing.more
+        target = wires.pin_type(self.type, self.is_function, pin.name, more)
+        if target is None:
+            return net
+        source = wires.carried(writer.drawing.elements[id_], output, more)
+        conversion = wires.conversion(source, target)
+        if conversion is None:
+            return net
+        if not functions.widens(source, target):
+            findings.converted(writer.diagnostics, span, source.name, target.name)
+        new = writer.fresh()
+        writer.function(conversion, ast.Junction(net, span), ast.Junction(new, span), span, (net,), (new,))
+        return new
 
     def _is_power(self, output: Output) -> bool:
         """Whether an output surely carries BOOL."""

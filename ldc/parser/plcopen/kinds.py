@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from ldc.library import functions
+from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.records import record
 from ldc.types import ELEMENTARY, Elementary
@@ -34,12 +34,85 @@ class Kind:
     bits: int
 
 
+@record
+class Members:
+    """What parts of variables are: ``types`` that the file declares and ``pins`` of its function blocks that
+    can be read from outside, by names in capitals."""
+
+    types: Mapping[str, ast.TypeExpr]
+    pins: Mapping[str, Mapping[str, ast.TypeExpr]]
+
+    def named(self, type_: ast.TypeExpr) -> ast.TypeExpr:
+        """What is behind the name of a type."""
+        seen = set()
+        while isinstance(type_, ast.NamedType) and (key := type_.name.upper()) in self.types and key not in seen:
+            seen.add(key)
+            type_ = self.types[key]
+        return type_
+
+    def inside(
+        self, link: ast.Member | ast.Index, type_: ast.TypeExpr
+    ) -> ast.TypeExpr | Elementary | None:
+        """The type of an element, a member of a structure, a pin of an instance."""
+        type_ = self.named(type_)
+        if isinstance(link, ast.Index):
+            return type_.element if isinstance(type_, ast.ArrayType) else None
+        key = link.name.upper()
+        if isinstance(type_, ast.StructType):
+            return next((field.type for field in type_.fields if field.name.upper() == key), None)
+        if not isinstance(type_, ast.NamedType):
+            return None
+        if (own := self.pins.get(type_.name.upper())) is not None:
+            return own.get(key)
+        signature = blocks.signature(type_.name.upper())
+        pin = signature.pin(key) if signature is not None else None
+        return pin.type if pin is not None and isinstance(pin.type, Elementary) else None
+
+    def numbers(self) -> Iterable[Elementary]:
+        """The numbers among all members and pins."""
+        found = [field.type for type_ in self.types.values() if isinstance(type_, ast.StructType)
+                 for field in type_.fields]
+        found += [type_ for pins in self.pins.values() for type_ in pins.values()]
+        return [one for type_ in found if (one := _number(type_)) is not None]
+
+
+class Numbers(dict[str, Elementary]):
+    """The variables that are numbers, by name in capitals, and what the parts of all ``variables`` are."""
+
+    def __init__(self, variables: Iterable[ast.VarDecl], members: Members) -> None:
+        self.types = {v.name.upper(): v.type for v in variables}
+        self.members = members
+        named = ((key, _number(members.named(type_))) for key, type_ in self.types.items())
+        super().__init__((key, type_) for key, type_ in named if type_ is not None)
+
+    def part(self, node: ast.Member | ast.Index) -> Elementary | None:
+        """The type of a part of a variable, when it is a number."""
+        links = []
+        while isinstance(node, ast.Member | ast.Index):
+            links.append(node)
+            node = node.base
+        type_ = self.types.get(node.name.upper()) if isinstance(node, ast.Name) else None
+        for link in reversed(links):
+            if type_ is None or isinstance(type_, Elementary):
+                return None
+            type_ = self.members.inside(link, type_)
+        if isinstance(type_, Elementary):
+            return NUMBERS.get(type_.name)
+        return _number(self.members.named(type_)) if type_ is not None else None
+
+
+def _number(type_: ast.TypeExpr) -> Elementary | None:
+    return NUMBERS.get(type_.name.upper()) if isinstance(type_, ast.NamedType) else None
+
+
 def kind(node: ast.Expr, numbers: Mapping[str, Elementary]) -> Kind | None:
     """The kind of an expression without operators; None when it is no number, or not known."""
     type_ = None
     match node:
         case ast.Name():
             type_ = numbers.get(node.name.upper())
+        case ast.Member() | ast.Index() if isinstance(numbers, Numbers):
+            type_ = numbers.part(node)
         case ast.Direct():
             type_ = NUMBERS.get(_SIZES.get(node.address[2:3].upper(), ""))
         case ast.Literal():

@@ -35,7 +35,6 @@ from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.statements import StatementBody
 from ldc.records import record
 from ldc.source import SourceFile, Span
-from ldc.types import Elementary
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
 _GRAPHICAL = ("LD", "FBD")
@@ -64,8 +63,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     configurations, loose = _instances(root, diagnostics)
     shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
                         for block in holder.var_blocks)]
-    numbers = kinds.declared(v for block in shared for v in block.variables)
-    types, pous = tuple(t for t in types if t), _pous(root, numbers, reading)
+    types = tuple(t for t in types if t)
+    pous = _pous(root, [v for block in shared for v in block.variables], types, reading)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     remarks = reading.remarks
@@ -147,22 +146,24 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
 
 
 def _pous(
-    root: Node, shared: dict[str, Elementary], reading: Reading
+    root: Node, shared: list[ast.VarDecl], types: tuple[ast.TypeDecl, ...], reading: Reading
 ) -> tuple[ast.Pou, ...]:
-    """All POUs, and behind them the function blocks that their drawings need. ``shared``: types of global
-    variables that are numbers."""
+    """All POUs, and behind them the function blocks that their drawings need. ``shared``: global variables."""
     diagnostics = reading.diagnostics
     nodes = [root] if root.tag == "pou" else root.descendants("pou", *_NOT_OURS)
     heads = [h for node in nodes if node.tag == "pou" and (h := _head(node, diagnostics)) is not None]
     interfaces = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION_BLOCK"}
     functions = {h.name.upper(): pins_of(h.sections) for h in heads if h.kind == "FUNCTION"}
+    members = kinds.Members({t.name.upper(): t.type for t in types}, {
+        name: {v.name.upper(): v.type for kind in ("VAR_INPUT", "VAR_OUTPUT") for v in pins[kind]}
+        for name, pins in interfaces.items()})
+    parts = members.numbers()
     made: dict[str, ast.Pou] = {}
     pous = []
     for head in heads:
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
-        seen = {name: type_ for name, type_ in shared.items() if name not in local}
-        seen |= kinds.declared(local.values())
-        seen = seen if kinds.may_mix(seen.values()) else {}
+        seen = kinds.Numbers((*shared, *local.values()), members)
+        seen = seen if kinds.may_mix((*seen.values(), *parts)) else {}
         more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen)
         body = _body(head.node, head.name, more, diagnostics)
         reading.remarks += more.remarks(head.name)
