@@ -21,6 +21,7 @@ from runtime.field import Field
 from runtime.machine import Machine
 from runtime.master.findings import LinkFault, ScanOverdue
 from runtime.master.part import MasterPart
+from runtime.master.waiting import StepWaits
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller, Loaded
 from runtime.processors.invariants import Entry as Trace
@@ -155,9 +156,9 @@ class System:
         return (*self.machine.faults, *(error.fault for part in self.slaves for error in part.faults))
 
     @property
-    def findings(self) -> tuple[Fault | LinkFault | ScanOverdue, ...]:
+    def findings(self) -> tuple[Fault | LinkFault | ScanOverdue | StepWaits, ...]:
         """All that people are to be told when the run ends."""
-        return (*self.faults, *self.master.findings)
+        return (*self.faults, *self.master.told)
 
     def now(self) -> int:
         """The time in ns."""

@@ -307,11 +307,30 @@ def test_what_cannot_be_staged_leaves_the_project_as_it_was(tmp_path, monkeypatc
         assert "running" in capsys.readouterr().out
 
 
+def test_which_step_waits_for_what_is_in_the_status(tmp_path, monkeypatch, capsys) -> None:
+    (tmp_path / "main.ld").write_text("".join(
+        f"PROGRAM {name}\nVAR_INPUT start : BOOL; END_VAR\nVAR_OUTPUT done : BOOL; END_VAR\n"
+        f"VAR eye AT %IX0.{n} : BOOL; END_VAR\nRUNG [start] [eye] (done)\nEND_PROGRAM\n"
+        for n, name in enumerate(("feed", "pack"))))
+    (tmp_path / "ldc.toml").write_text('[project]\nname = "line"\nmodules = ["feed", "pack"]\n'
+                                       '[sequence]\nsteps = ["feed", { module = "pack", when = "pack.eye" }]\n')
+
+    def status() -> str:
+        assert main(["online", "status"]) == 0
+        return next((row for row in capsys.readouterr().out.splitlines() if row.startswith("sequence")), "")
+
+    with at(tmp_path, monkeypatch, "--watch", "feed.done"):
+        wait_until(lambda: "step 1 of 2 (`feed`) waits for module `feed` to end (" in status())
+        assert main(["online", "set", "feed.eye", "TRUE"]) == 0
+        wait_until(lambda: "step 2 of 2 (`pack`) waits for `pack.eye` (" in status())
+
+
 def test_a_second_runtime_of_a_socket_and_paths_that_are_none(tmp_path, monkeypatch, capsys) -> None:
     project(tmp_path, '"feed"')
-    with at(tmp_path, monkeypatch, "--watch", "trail"):
+    with at(tmp_path, monkeypatch, "--watch", "trail", "--audit", "log"):
         assert main(["run", ".", "--online"]) == 1
         assert "has the socket" in capsys.readouterr().err
+        assert [json.loads(line)["action"] for line in Path("log").read_text().splitlines()] == ["started"]
         assert main(["online", "status", "--socket", "x" * 200]) == 1
         assert main(["run", ".", "--online", "--scans", "3", "--no-wait", "--socket", "s", "--audit", "/dev/null/x"]) == 1
     assert main(["run", ".", "--online", "--scans", "3", "--no-wait", "--socket", "s"]) == 0

@@ -283,3 +283,24 @@ def test_random_exchanges_follow_the_model(plan: list[tuple[Sequence, int]], len
     assert rig.started == expected
     assert len(rig.started) > 2
     assert current == plan[-1][0]
+
+
+def test_what_is_waited_for() -> None:
+    steps = (Step(0, "clamp", (), "ready", "closed"), Step(1, "inject"))
+    rig = Rig(Sequence(steps, "auto", repeat=False))
+
+    def awaited():
+        rig.scan()
+        found = rig.customised.awaited
+        return found and (found.number, found.module, found.path)
+
+    assert awaited() == (0, "", "auto") == awaited()
+    rig.values["auto"] = True
+    before = rig.customised.moves
+    assert awaited() == (1, "clamp", "ready") == awaited() and rig.customised.moves == before + 1
+    rig.values["ready"] = True
+    seen = [awaited() for _ in range(8)]
+    assert (1, "clamp", "") in seen and seen[-1] == (1, "clamp", "closed")
+    rig.values["closed"] = True
+    seen = [awaited() for _ in range(12)]
+    assert seen[0] == (2, "inject", "") and seen[-1] is None

@@ -139,6 +139,8 @@ def _print_state(state: State) -> None:
         left = milliseconds(max(state.left_ns, 0))
         print(f"         back to the program before in {left} ms, unless committed")
     print(f"scans    {state.scans}, {milliseconds(state.now_ns)} ms")
+    if state.waits:
+        print(f"sequence {visible(state.waits)}")
     if state.last:
         print(f"last     {visible(state.last)}")
     if state.pause_ns:

@@ -63,6 +63,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         if is_system(result) or options.events:
             system = systems.system(result, controller, bindings, record)
             controller.expect = system.expect
+            server.waits = lambda: waits.text if (waits := system.master.waits) is not None else ""
         scan = controller.scan if system is None else system.scan
         due = time.monotonic()
         while (scans is None or controller.machine.scans < scans) and not ended():

@@ -22,6 +22,7 @@ from runtime.master.proxy import Proxy, Told
 from runtime.master.safety import Safety
 from runtime.master.sequence import Customised, Started
 from runtime.master.standing import Standing
+from runtime.master.waiting import LONG_NS, StepWaits, Waiting
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
 from runtime.processors.states import SLAVE_FAULTS, Master
@@ -64,6 +65,7 @@ class MasterPart:
         self.mail = Mail(memory, coordination.messages, self.modules)
         self._standing = Standing(memory, self.modules, self.proxies, self.mail, self._tell)
         self.customised_program: Customised | None = None
+        self._waiting = Waiting()
         # Those with transfers to serve, as they began; those of each slave by its word of flags.
         self._open: dict[Proxy, None] = {}
         self._lines: tuple[tuple[int, list[tuple[int, Proxy]]], ...] = ()
@@ -249,6 +251,21 @@ class MasterPart:
         """The customised program, in the rest of a scan."""
         if self._sequence_goes_on:
             self.customised_program.execute()
+            self._waiting.look(self.customised_program, self.machine.now_ns)
+
+    @property
+    def waits(self) -> StepWaits | None:
+        """What the sequence waits for."""
+        if self.customised_program is None:
+            return None
+        return self._waiting.told(self.customised_program, self.machine.now_ns, not self._sequence_goes_on)
+
+    @property
+    def told(self) -> tuple[LinkFault | ScanOverdue | StepWaits, ...]:
+        """What people are to be told when the run ends: ``findings``, and a step that has waited long."""
+        waits = self.waits
+        late = waits is not None and waits.what.number > 0 and waits.waited_ns > LONG_NS
+        return (*self.findings, waits) if late else tuple(self.findings)
 
     @property
     def _sequence_goes_on(self) -> bool:

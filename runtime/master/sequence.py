@@ -75,6 +75,17 @@ Event = Started | Exchanged | Refused
 
 
 @record
+class Awaited:
+    """What the customised thread waits for. ``number``: of the step, from 1, 0 before the first one;
+    ``module``: of the step; ``path``: of the condition, "" when the module has to end."""
+
+    number: int
+    steps: int
+    module: str
+    path: str
+
+
+@record
 class _Program:
     sequence: Sequence
     frames: tuple[Frame, ...]
@@ -87,13 +98,15 @@ _EMPTY = _Program(Sequence(()), (), (None,), 0)
 
 class Customised:
     """Both ends of L over the memory of a master. ``readers``: a path to what reads it now, raises
-    LookupError; a condition whose variable a change of the program took away counts as TRUE."""
+    LookupError; a condition whose variable a change of the program took away counts as TRUE. ``moves``: how
+    often the customised thread has gone on."""
 
-    __slots__ = ("_memory", "_readers", "_programs")
+    __slots__ = ("moves", "_memory", "_readers", "_programs", "_last")
 
     def __init__(self, memory: Memory, readers: Readers) -> None:
         self._memory, self._readers = memory, readers
         self._programs = [_EMPTY, _EMPTY]
+        self.moves, self._last = 0, None
 
     @property
     def phase(self) -> Phase:
@@ -108,6 +121,20 @@ class Customised:
     def step(self) -> int:
         """How many steps of this cycle have ended."""
         return self._memory.data.load(_STEP)
+
+    @property
+    def awaited(self) -> Awaited | None:
+        """What the next thing has to wait for; None when there is nothing more to come."""
+        data, phase = self._memory.data, self.phase
+        program = self._programs[data.load(_SEEN)].sequence
+        number, steps = data.load(_STEP), len(program.steps)
+        if phase is Phase.IDLE:
+            return Awaited(0, steps, "", program.start) if program.start else None
+        if phase is Phase.DONE or number >= steps:
+            return None
+        step = program.steps[number]
+        path = step.when or "" if phase is Phase.NEXT else "" if self._in_work() else step.until or ""
+        return Awaited(number + 1, steps, step.name, path)
 
     def stage(self, sequence: Sequence) -> int:
         """Hands a program over, which begins at the next boundary; its generation. One that was handed over
@@ -192,6 +219,7 @@ class Customised:
             old = self._programs[seen].sequence
             data.store(_STEP, following(old, data.load(_STEP), program.sequence))
             data.store(_SEEN, active)
+            self._last = None
         phase = self.phase
         if phase is Phase.OFFERED and self._memory.bits.test(*_CA):
             data.store(_MODULE, program.frames[data.load(_STEP)].module + 1)
@@ -215,13 +243,17 @@ class Customised:
                 self._memory.bits.set(*_CB)
                 phase = Phase.OFFERED
         data.store(_PHASE, phase)
+        if phase is not self._last:
+            self._last = phase
+            self.moves += 1
+
+    def _in_work(self) -> bool:
+        """The module of the step that runs has not ended."""
+        module = self._memory.data.load(_MODULE)
+        return bool(module) and self._memory.bits.test(*bit(_LCF + module - 1))
 
     def _ended(self, program: _Program) -> bool:
-        data, bits = self._memory.data, self._memory.bits
-        module = data.load(_MODULE)
-        if module and bits.test(*bit(_LCF + module - 1)):
-            return False
-        return _true(program, program.frames[data.load(_STEP)].until)
+        return not self._in_work() and _true(program, program.frames[self._memory.data.load(_STEP)].until)
 
     def reset(self) -> None:
         """After an emergency: no step is offered or runs; the next cycle begins with its first step."""
@@ -229,6 +261,7 @@ class Customised:
         self._memory.bits.clear(*_CA)
         for word in (_STEP, _MODULE, _PHASE):
             self._memory.data.store(word, 0)
+        self._last = None
 
 
 def _true(program: _Program, number: int) -> bool:

@@ -49,6 +49,7 @@ class Server:
         self.controller, self.path, self.name = controller, path, name
         self._audit, self._limits, self._say = audit, limits, say
         self._last, self._pause = "", 0
+        self.waits: Callable[[], str] = str  # what the sequence waits for; whoever has one tells
         self._jobs: queue.SimpleQueue[tuple[Future, Callable[[], object]]] = queue.SimpleQueue()
         self._room = threading.Semaphore(_CLIENTS)
         self._loading = threading.Lock()
@@ -116,12 +117,15 @@ class Server:
             with connection:
                 if not _same_user(connection):
                     return
+                connection.settimeout(wire.PATIENCE)
+                silent = not connection.recv(1, socket.MSG_PEEK)  # a look whether the socket is taken
                 try:
                     answer = self._answer(wire.receive(connection, Request))
                 except Invalid as error:
                     answer = Answer(findings=[wire.finding(d) for d in error.diagnostics])
-                    self._audit.line("refused", codes=[d.code for d in error.diagnostics],
-                                     detail=error.diagnostics[0].message)
+                    if not silent:
+                        self._audit.line("refused", codes=[d.code for d in error.diagnostics],
+                                         detail=error.diagnostics[0].message)
                 wire.send(connection, answer)
                 wire.leave(connection)
         except (OSError, CancelledError):
@@ -205,7 +209,7 @@ class Server:
         client = client_name(controller.staged.owner) if controller.staged else ""
         return State(self.name, engine_of(machine), controller.state, controller.running.digest, staged,
                      machine.scans, machine.now_ns, left, faults, machine.resource, areas_of(machine),
-                     client, self._last, self._pause)
+                     client, self._last, self._pause, self.waits())
 
     def _pulled(self) -> Answer:
         running = self.controller.running

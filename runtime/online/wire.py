@@ -143,7 +143,8 @@ class Finding(msgspec.Struct, forbid_unknown_fields=True):
 
 class State(msgspec.Struct, forbid_unknown_fields=True):
     """``state``: running, staged or testing; ``left_ns``: of a test. ``last``: how the last change ended.
-    ``client``: who staged a program, by the name that the audit log has too."""
+    ``client``: who staged a program, by the name that the audit log has too. ``waits``: what the
+    sequence waits for, in words."""
 
     name: str
     engine: str
@@ -159,6 +160,7 @@ class State(msgspec.Struct, forbid_unknown_fields=True):
     client: str = ""
     last: str = ""
     pause_ns: int = 0
+    waits: str = ""
 
 
 class Changes(msgspec.Struct, forbid_unknown_fields=True):

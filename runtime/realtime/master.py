@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from runtime.machine import Machine
 from runtime.master.findings import LinkFault, ScanOverdue
 from runtime.master.part import MasterPart
+from runtime.master.waiting import StepWaits
 from runtime.realtime.board import Board
 from runtime.realtime.pace import Pace
 from runtime.realtime.processes import Child
@@ -47,9 +48,9 @@ class MasterLoop:
         return any(each.slave is None and each.child.status is not None for each in self._watched)
 
     @property
-    def findings(self) -> tuple[LinkFault | ScanOverdue, ...]:
+    def findings(self) -> tuple[LinkFault | ScanOverdue | StepWaits, ...]:
         """What people are to be told when the run ends, beside the faults of tasks."""
-        return () if self._part is None else tuple(self._part.findings)
+        return () if self._part is None else self._part.told
 
     def until(self, ended: Callable[[], bool]) -> None:
         """What tells that somebody ends the run: waiting ends then."""
