@@ -26,7 +26,8 @@ _MODULE = "ldc_plant"
 
 class Plant:
     """The plant of a project. ``step`` raises Invalid when it fails or does not end (LD0842, LD0846). Raises
-    Invalid when the file is no Python, has no class `Plant`, or that cannot be made (LD0840, LD0841, LD0843)."""
+    Invalid when the file is no Python, has no class `Plant`, or that cannot be made (LD0840, LD0841,
+    LD0843)."""
 
     def __init__(self, setting: Setting, field: Field) -> None:
         diagnostics = Diagnostics()
@@ -68,8 +69,8 @@ class Plant:
             self._step(now_ns, dt_ns)
         except Endless as error:
             diagnostics = Diagnostics()
-            diagnostics.error("LD0846", f"the plant `{self._source.path}` does not come back from its step at "
-                              f"{milliseconds(now_ns)} ms", self._span(error), "was here when it was ended",
+            diagnostics.error("LD0846", f"the plant `{self._source.path}` does not come back from its step "
+                              f"at {milliseconds(now_ns)} ms", self._span(error), "was here when it was ended",
                               help="bound every loop and wait for nothing: a step has the time of its period")
             raise Invalid(diagnostics) from None
         except (Exception, SystemExit) as error:

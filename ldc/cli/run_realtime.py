@@ -51,8 +51,8 @@ _LEAD_NS = 20_000_000
 def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
         beat: Callable[[], None], file: BinaryIO | None, bindings: tuple[Binding, ...],
         events: BinaryIO | None) -> int:
-    """As ``ldc.cli.run``, in real time; each slave tells its own faults. Status 1 also when the plant or a slave
-    has ended before its time."""
+    """As ``ldc.cli.run``, in real time; each slave tells its own faults. Status 1 also when the plant or a
+    slave has ended before its time."""
     if options.plot:
         lateness.check(options.plot)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)

@@ -169,8 +169,8 @@ def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Pla
 def points(program: Program, algorithms: Sequence[Placed], previous: Mapping[str, Point] = {}
            ) -> dict[str, Point]:
     """The points of the field by path in capitals: local pins of algorithms, and located variables of the
-    areas I and Q by address and by path. Those of ``previous`` keep their words unless their type has changed:
-    who still writes the old word then does no harm."""
+    areas I and Q by address and by path. Those of ``previous`` keep their words unless their type has
+    changed: who still writes the old word then does no harm."""
     wanted = [((pin.path,), pin.type, *pin.limits) for p in algorithms for pin in p.local]
     located: dict[tuple[str, str], tuple[list[str], list[tuple[float, float]]]] = {}
     units = {u.name.upper(): u for u in program.units}

@@ -50,9 +50,9 @@ class Child:
 
 
 def start(name: str, work: Callable[[], int]) -> Child:
-    """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt; `ps`
-    and `top` show it as `ldc NAME`. It is forked: no other thread may run. An interrupt from the keyboard is
-    left to the parent."""
+    """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt;
+    `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. An interrupt from the
+    keyboard is left to the parent."""
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
