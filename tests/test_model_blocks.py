@@ -187,8 +187,9 @@ def test_two_coils_for_one_place() -> None:
     coils = [("r", e) for e in found.elements["MAIN"] if isinstance(e, Coil)]
     diagnostics = Diagnostics()
     duplicate_coils(found.model.pous["MAIN"], coils, diagnostics)
-    assert [d.primary.span.text for d in diagnostics] == ["(b2)", "(%QX0.0)", "(/W.1)", "(f[1])"]
+    assert [d.primary.span.text for d in diagnostics] == ["(b2)", "(/W.1)", "(f[1])"]
     assert {d.code for d in diagnostics} == {"LD0310"}
+    assert next(iter(diagnostics)).message == "`b2` is written by 3 coils", "once for a place, however many there are"
 
 
 def test_places_keep_the_declared_spelling() -> None:

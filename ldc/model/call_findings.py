@@ -97,7 +97,8 @@ def no_memory(diagnostics: Diagnostics, span: Span, pou: str, what: str) -> None
                       help="make it a FUNCTION_BLOCK: a FUNCTION has no memory")
 
 
-def duplicate_coil(diagnostics: Diagnostics, span: Span, place: str, first: Span) -> None:
-    diagnostics.warning("LD0310", f"`{place}` is written by more than one coil", span, "written again here",
+def duplicate_coil(diagnostics: Diagnostics, span: Span, place: str, first: Span, coils: int) -> None:
+    count = "more than one coil" if coils == 2 else f"{coils} coils"
+    diagnostics.warning("LD0310", f"`{place}` is written by {count}", span, "written again here",
                         secondary=(Label(first, "first written here"),),
                         help="the last coil wins: join the conditions in one rung, or use (S ..) and (R ..)")

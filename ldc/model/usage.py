@@ -9,26 +9,26 @@ from ldc.expr import Const, IndexStep, Place
 from ldc.model import call_findings as findings
 from ldc.model.elements import Coil
 from ldc.model.project import Pou
-from ldc.source import Span
 
 _OWNING = frozenset(("normal", "negated", "rising", "falling"))
 
 
 def duplicate_coils(pou: Pou, coils: Iterable[tuple[str, Coil]], diagnostics: Diagnostics) -> None:
-    """Warn when two coils that write on every execution have the same place (set and reset do not).
+    """Warn, once for a place, when coils that write on every execution have the same one (set and reset do
+    not).
 
     ``coils``: (rung key, coil) of the whole POU in the order of execution. A place with a computed
     index may be another one each time and does not count. Places at one address are one place.
     """
-    first: dict[str, Span] = {}
+    writers: dict[str, list[Coil]] = {}
     for _, coil in coils:
         if coil.kind not in _OWNING or _computed(coil.place):
             continue
-        key = _identity(pou, coil.place)
-        if key in first:
-            findings.duplicate_coil(diagnostics, coil.span, str(coil.place), first[key])
-        else:
-            first[key] = coil.span
+        writers.setdefault(_identity(pou, coil.place), []).append(coil)
+    for first, *others in writers.values():
+        if others:
+            second = others[0]
+            findings.duplicate_coil(diagnostics, second.span, str(second.place), first.span, 1 + len(others))
 
 
 def _computed(place: Place) -> bool:
