@@ -189,7 +189,7 @@ def test_two_coils_for_one_place() -> None:
     duplicate_coils(found.model.pous["MAIN"], coils, diagnostics)
     assert [d.primary.span.text for d in diagnostics] == ["(b2)", "(/W.1)", "(f[1])"]
     assert {d.code for d in diagnostics} == {"LD0310"}
-    assert next(iter(diagnostics)).message == "`b2` is written by 3 coils", "once for a place, however many there are"
+    assert next(iter(diagnostics)).message == "`b2` is written by 3 coils", "once for a place"
 
 
 def test_places_keep_the_declared_spelling() -> None:
