@@ -133,3 +133,24 @@ def test_a_plant_that_leaves_the_process_is_not_taken_for_a_component(
     (folder / "plant.py").write_text(PLANT.replace("self.full(self.tank.level >= self.most)", left))
     assert main(["run", str(folder), "--scans", "20"]) == 1
     assert "a component or the plant left the process" in (said := capfd.readouterr().err), said
+
+
+@pytest.mark.parametrize("language", ["c", "st"])
+def test_local_pins_hold_what_their_type_holds(tmp_path: Path, language: str) -> None:
+    folder = project(tmp_path)
+    text = (folder / "lift.ldc.toml").read_text()
+    pins = ('{ name = "teeth", type = "USINT", local = true, max = 20 }, '
+            '{ name = "turn", type = "INT", local = true }')
+    (folder / "lift.ldc.toml").write_text(text.replace("inputs = [{", f"inputs = [{pins}, {{").replace(
+        'language = "c"', f'language = "{language}"').replace("lift.c", f"lift.{language}"))
+    if language == "st":
+        (folder / "lift.st").write_text("FUNCTION_BLOCK LIFT\nposition := target;\nEND_FUNCTION_BLOCK\n")
+    field = Run(folder).system.slaves[0].field
+    for pin, low, high in (("teeth", 0, 255), ("turn", -32768, 32767)):
+        write, read = field.writer(f"tank.lift.{pin}"), field.reader(f"tank.lift.{pin}")
+        for value in (low, high):  # the range of the component is for the component to tell
+            write(value)
+            assert read() == value
+        for value in (low - 1, high + 1):
+            with pytest.raises(ValueError, match=f"`tank.lift.{pin}` holds {low} to {high}, not {value}"):
+                write(value)
