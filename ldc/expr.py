@@ -109,11 +109,13 @@ class Load:
 
 @record
 class Output:
-    """An output of a FUNCTION of the project, of ``type``, and the place that takes it."""
+    """An output of a FUNCTION of the project, of ``type``, and the place that takes it. ``both``: a
+    VAR_IN_OUT, whose value is among the arguments too, behind the inputs, in the same order."""
 
     name: str
     type: Type
     place: Place
+    both: bool = False
 
 
 @record
@@ -124,7 +126,8 @@ class Apply:
     AND OR XOR NOT GT GE EQ NE LE LT NEG), a conversion (``INT_TO_REAL``), or a FUNCTION of the
     project (capitals). Arguments stand in declared order, defaults filled in, and have exactly the
     types that the function takes: implicit conversions were made explicit. ``type`` is the result's.
-    ``outputs``: in statements only, the VAR_OUTPUT and VAR_IN_OUT pins of a FUNCTION of the project.
+    ``outputs``: in statements only, the VAR_OUTPUT and VAR_IN_OUT pins of a FUNCTION of the project. There
+    ``op`` may also be AND_THEN or OR_ELSE, whose second argument is evaluated when the first does not decide.
     """
 
     op: str
@@ -136,5 +139,7 @@ class Apply:
 
 
 Expr = Const | Load | Apply
+
+SHORT_CIRCUIT = frozenset(("AND_THEN", "OR_ELSE"))
 
 TRUE = Const(True, BOOL)

@@ -65,7 +65,7 @@ compares = st.tuples(values, st.sampled_from(["<", "<=", "=", "<>", ">", ">="]),
     lambda t: f"{t[0]} {t[1]} {t[2]}")
 conditions = st.recursive(
     st.sampled_from(BOOLS) | compares.map("({})".format),
-    lambda inner: st.tuples(inner, st.sampled_from(["AND", "OR", "XOR"]), inner).map(
+    lambda inner: st.tuples(inner, st.sampled_from(["AND", "OR", "XOR", "AND_THEN", "OR_ELSE"]), inner).map(
         lambda t: f"({t[0]} {t[1]} {t[2]})") | inner.map("(NOT {})".format), max_leaves=3)
 
 
@@ -96,8 +96,8 @@ def one(draw, depth: int, loops: int) -> str:
             return (f"{draw(callees)}(EN := {draw(conditions)}, v := {draw(values)}, sum => {draw(ints)}, "
                     f"ENO => {draw(st.sampled_from(BOOLS))});")
         case "enabled":
-            return (f"{draw(ints)} := after(EN := {draw(conditions)}, a := {draw(values)}, twice => {draw(ints)}, "
-                    f"ENO => {draw(st.sampled_from(BOOLS))});")
+            return (f"{draw(ints)} := after(EN := {draw(conditions)}, a := {draw(values)}, "
+                    f"twice => {draw(ints)}, ENO => {draw(st.sampled_from(BOOLS))});")
         case "if":
             arms = " ELSIF ".join(f"{draw(conditions)} THEN\n{draw(inner)}" for _ in range(draw(st.integers(1, 3))))
             other = f"ELSE {draw(inner)}" if draw(st.booleans()) else ""
@@ -269,6 +269,10 @@ class Interpreter:
                 a = self.value(given.value)
                 self.values[taken.value.name] = wrap(a * 2)
                 return wrap(a + 1)
+            case ast.Binary("AND_THEN", left, right):
+                return self.value(left) and self.value(right)
+            case ast.Binary("OR_ELSE", left, right):
+                return self.value(left) or self.value(right)
             case ast.Binary(op, left, right):
                 return self.binary(op, self.value(left), self.value(right))
         raise TypeError(node)

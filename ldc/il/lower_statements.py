@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ldc.expr import TRUE, Apply, Const, Expr, IndexStep, Load, Place
+from ldc.expr import SHORT_CIRCUIT, TRUE, Apply, Const, Expr, IndexStep, Load, Place
 from ldc.il.emit import Emitter
 from ldc.il.lower_blocks import BlockLowering
 from ldc.il.program import Instr, RungCode
@@ -84,6 +84,8 @@ class _Lowering:
     def _ordered(self, expr: Value) -> Value:
         if isinstance(expr, Load):
             return Load(self._ordered_place(expr.place), expr.span)
+        if expr.op in SHORT_CIRCUIT:
+            return self._short_circuit(expr)
         arguments = list(expr.args)
         last = max((n for n, a in enumerate(arguments) if _writes(a)), default=-1)
         for n, argument in enumerate(arguments):
@@ -93,6 +95,19 @@ class _Lowering:
                 arguments[n] = self._kept(arguments[n])
         made = replace(expr, args=tuple(arguments))
         return self._call(made) if expr.outputs else made
+
+    def _short_circuit(self, expr: Apply) -> Load:
+        """``LD a / ST t / JMPCN skip / LD b / ST t / skip:``."""
+        emit, skip = self.emit, self.emit.label()
+        first, second = expr.args
+        again = isinstance(first, Apply) and first.op in SHORT_CIRCUIT
+        decided = self._short_circuit(first) if again else self._kept(first)
+        emit.value(decided)
+        emit.put("JMPCN" if expr.op == "AND_THEN" else "JMPC", name=skip)
+        self.value(second)
+        emit.store(decided.place)
+        emit.put("LABEL", name=skip)
+        return decided
 
     def _ordered_place(self, place: Place) -> Place:
         """The place with the indexes that call something computed now."""
@@ -112,10 +127,16 @@ class _Lowering:
         """A FUNCTION with outputs: its result and they go through temporaries, for their types may differ."""
         emit = self.emit
         targets = [(output, emit.place(self._ordered_place(output.place))) for output in call.outputs]
-        rest = tuple(emit.simple(a) for a in call.args[1:])
-        for first in call.args[:1]:
-            emit.value(first)
         taken = tuple((output.name, emit.temp(output.type)) for output in call.outputs)
+        copies = [place for output, (_, place) in zip(call.outputs, taken, strict=True) if output.both]
+        inputs = len(call.args) - len(copies)
+        for value, copy in zip(call.args[inputs:], copies, strict=True):
+            emit.value(value)
+            emit.store(copy)
+        args = (*call.args[:inputs], *map(Load, copies))
+        rest = tuple(emit.simple(a) for a in args[1:])
+        for first in args[:1]:
+            emit.value(first)
         outer, emit.span = emit.span, call.span
         emit.put("FN", None, call.type, call.op, rest, taken)
         result = emit.temp(call.type)
@@ -337,14 +358,14 @@ def _within(selector: Value, low: int, high: int) -> Apply:
 
 
 def _writes(expr: Value) -> bool:
-    """Whether an expression calls a function that writes variables."""
+    """Whether an expression has to be made in order: it calls a function that writes variables, or jumps."""
     stack: list[Value] = [expr]
     while stack:
         match stack.pop():
             case Load(place):
                 stack.extend(i for s in place.steps if isinstance(s, IndexStep) for i in s.indexes)
-            case Apply(args=args, outputs=outputs):
-                if outputs:
+            case Apply(op=op, args=args, outputs=outputs):
+                if outputs or op in SHORT_CIRCUIT:
                     return True
                 stack.extend(args)
     return False

@@ -177,7 +177,8 @@ def _with_outputs(
         if pin.pin == "OUT":
             _only_of_a_call(pin.span, pin.pin, diagnostics)
             return None
-    outputs = tuple(Output(p.pin, p.type, p.target) for p in block.outputs)
+    both = {parameter.name for parameter in signature.in_outs}
+    outputs = tuple(Output(p.pin, p.type, p.target, p.pin in both) for p in block.outputs)
     env.taken.extend(output.place for output in outputs)
     return Apply(signature.name.upper(), tuple(p.source for p in block.inputs), signature.result, node.span,
                  user=True, outputs=outputs)

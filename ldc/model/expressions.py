@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, Const, Expr, Load
+from ldc.expr import SHORT_CIRCUIT, Apply, Const, Expr, Load
 from ldc.library import functions
 from ldc.library.faults import DivisionByZero
 from ldc.model import calls, places
@@ -37,6 +37,7 @@ from ldc.types import (
 OPERATORS = {
     "OR": "OR", "XOR": "XOR", "AND": "AND", "=": "EQ", "<>": "NE", "<": "LT", ">": "GT", "<=": "LE",
     ">=": "GE", "+": "ADD", "-": "SUB", "*": "MUL", "/": "DIV", "MOD": "MOD", "**": "EXPT",
+    "AND_THEN": "AND_THEN", "OR_ELSE": "OR_ELSE",
 }
 LOGIC = frozenset(("AND", "OR", "XOR"))
 ARITHMETIC = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "EXPT"))
@@ -67,6 +68,8 @@ def constant(env: Environment, expr: Expr) -> Scalar | None:
     """The value of a constant expression; None when it is known only at run time or divides by zero."""
     spine = []
     while type(expr) is Apply and not expr.user and expr.args:
+        if expr.op in SHORT_CIRCUIT:
+            return None
         spine.append(expr)
         expr = expr.args[0]
     result = _constant_leaf(env, expr)
@@ -195,6 +198,8 @@ def _combine(
     env: Environment, node: ast.Binary, left: Value, right: Value, hint: Type | None, diagnostics: Diagnostics
 ) -> Value | None:
     name = OPERATORS[node.op]
+    if name in SHORT_CIRCUIT:
+        return _short_circuit(env, name, left, right, node.span, diagnostics)
     if type(left) is Untyped and type(right) is Untyped and name in ARITHMETIC:
         folded = _exact(name, left, right, node.span, diagnostics)
         if folded is not NotImplemented:
@@ -210,6 +215,22 @@ def _combine(
     ):
         return Apply(name, first.args + found.args[1:], found.type, found.span)
     return found
+
+
+def _short_circuit(
+    env: Environment, name: str, left: Value, right: Value, span: Span, diagnostics: Diagnostics
+) -> Apply | None:
+    """AND_THEN, OR_ELSE: on BOOL, and in statements, which alone have an order."""
+    if not env.statements:
+        findings.short_circuit(diagnostics, span, name)
+        return None
+    found = apply(env, name.partition("_")[0], (left, right), span, diagnostics)
+    if found is None:
+        return None
+    if storage(found.type) != BOOL:
+        findings.no_such_operation(diagnostics, span, f"{name} takes BOOL, not {found.type}", "write AND or OR")
+        return None
+    return Apply(name, found.args, found.type, span)
 
 
 def _logic_operand(name: str, operand: Value, hint: Type | None) -> Value:

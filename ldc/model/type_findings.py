@@ -66,6 +66,13 @@ def conversion_help(got: Type, wanted: Type) -> str:
     return ""
 
 
+def short_circuit(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    how = "behind each other, `[a] [b]`" if name == "AND_THEN" else "into branches"
+    diagnostics.error("LD0517", f"{name} stands in Structured Text only", span, "used outside of statements",
+                      help=f"a contact is evaluated where power reaches it: draw the two {how}; or write "
+                      f"{name.partition('_')[0]}, which evaluates both")
+
+
 def described(type_: Type) -> str:
     """The type in words."""
     match type_:

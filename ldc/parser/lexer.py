@@ -29,6 +29,7 @@ _SAME = """
 """
 KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *QUALIFIERS)} | {
     "AND": "WORDOP", "OR": "WORDOP", "XOR": "WORDOP", "MOD": "WORDOP",
+    "AND_THEN": "WORDOP", "OR_ELSE": "WORDOP",
     "TRUE": "LITERAL", "FALSE": "LITERAL", "_": "_",
 }
 """Reserved words in capitals, and the type of their tokens (IEC 61131-3, annex C, and RUNG)."""
