@@ -25,6 +25,7 @@ from ldc.types import BOOL, INT, LREAL, REAL, Array
 from runtime.vm.external import MissingNative
 from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
+from systems import mover
 
 LANGUAGES = ("c", "c++", "st", "il")
 
@@ -545,3 +546,19 @@ def test_a_run_ends_with_the_process_that_watches_it(tmp_path: Path) -> None:
         latest = time.monotonic() + 20
         while os.read(run.stdout.fileno(), 1 << 16):
             assert time.monotonic() < latest, "something still writes into the pipe"
+
+
+@pytest.mark.parametrize("slave", ["", 'slave1 = "slave"\n'])
+@pytest.mark.parametrize("language", ["c", "st"])
+def test_a_component_and_a_block_of_the_same_name(tmp_path: Path, capfd, language: str, slave: str) -> None:
+    mover(tmp_path, "LIFT", 1)
+    descriptor = tmp_path / "lift.ldc.toml"
+    descriptor.write_text(descriptor.read_text().replace('language = "c"', f'language = "{language}"')
+                          .replace("lift.c", f"lift.{language}"))
+    body = "FUNCTION_BLOCK LIFT\nEND_FUNCTION_BLOCK\n"
+    (tmp_path / "main.st").write_text(body + "PROGRAM main\nVAR a : LIFT; END_VAR\na();\nEND_PROGRAM\n")
+    if language == "st":
+        (tmp_path / "lift.st").write_text(body)
+    (tmp_path / "ldc.toml").write_text(f'[processors]\nmaster = "master"\n{slave}')
+    assert main(["check", str(tmp_path)]) == 1
+    assert "error[LD0201]" in (said := capfd.readouterr().err) and "LIFT" in said, said

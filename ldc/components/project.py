@@ -61,7 +61,8 @@ def used(
         file = _file(component, slaves, diagnostics)
         made.append(file)
         todo += _named(file)
-    return chosen, tuple(made)
+    # What the project declares too is told as declared twice, and is no component then.
+    return {name: component for name, component in chosen.items() if name not in declared}, tuple(made)
 
 
 def _nothing(source: SourceFile) -> ast.File:
