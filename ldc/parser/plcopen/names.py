@@ -31,8 +31,9 @@ _TYPED = ("derived", "block", "pouInstance")
 _ATTRIBUTES = ("name", "formalParameter", "instanceName", "targetName", "indicator", "duration", "value",
                "lower", "upper", "length", "single", "member", "typeName", "type")
 _TEXTS = ("variable", "expression", "ST", "IL", "InterfaceAsPlainText", "textDeclaration")
-_SPELLED = re.compile(r"<(?:[\w.-]+:)?(variable|value|step|action|transition|pou|dataType)\s[^<>]*?"
-                      r"""\bname\s*=\s*["']\s*(\w+)\s*["']""")
+_SPELLED = re.compile(r"""name\s*=\s*["']\s*(\w+)\s*["']""")
+_DECLARING = re.compile(r"<(?:[\w.-]+:)?(variable|value|step|action|transition|pou|dataType)\s[^<>]*\Z")
+"""Found from the attribute back to its tag: few of the tags of a drawing have a name."""
 _WORDS = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTE = r"""(?:'|"|&apos;|&quot;|&\#39;|&\#34;)"""
 _CODE = re.compile(rf"""
@@ -47,12 +48,21 @@ _ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*["']([^"']*)["']""")
 
 def legal(source: SourceFile, reading: Reading) -> SourceFile:
     """The text with names that are legal here; the source itself when they are. Each new name is a remark."""
-    spelled = dict.fromkeys(_SPELLED.findall(source.text))
-    declared = [(tag, word) for tag, word in spelled if _is_awkward(word, tag)]
+    declared = [(tag, word) for tag, word in dict.fromkeys(_declared(source.text)) if _is_awkward(word, tag)]
     if not declared:
         return source
     root = Document(source, Diagnostics()).root
     return source if root is None else _Names(root, declared, reading).twin(source)
+
+
+def _declared(text: str) -> Iterator[tuple[str, str]]:
+    """The names that a file gives, each with its tag."""
+    for found in _SPELLED.finditer(text):
+        at = found.start()
+        if text[at - 1].isspace():
+            tag = _DECLARING.match(text, max(text.rfind("<", 0, at), 0), at)
+            if tag is not None:
+                yield tag[1], found[1]
 
 
 def _is_awkward(word: str, tag: str) -> bool:
