@@ -41,7 +41,7 @@ from runtime.slave.part import SlavePart
 from runtime.units import UnitEvent
 from runtime.values import milliseconds
 
-_ACK_MS, _ACK_MS_ORDINARY = 20, 100
+_ACK_MS, _ACK_MS_ORDINARY = 50, 100
 """T_ack with SCHED_FIFO, and for ordinary processes, which may have to wait for others as long."""
 
 _LEAD_NS = 20_000_000

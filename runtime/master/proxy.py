@@ -27,6 +27,9 @@ Pins = tuple[object, ...]
 
 _STATES = tuple(State)
 
+_CLEAR = 5
+"""Scans after which flags of the slave that stay 1 are a failure, unless its answers may take longer."""
+
 _REAL = 3.4028235677973366e38
 """A number from which on rounding to 32 bits gives infinity."""
 
@@ -57,8 +60,8 @@ class Proxy:
         self._taken_by = _algorithm(placed.aid, placed.parameters)
         self._fed_back = _algorithm(placed.aid, placed.feedback)
         situation = Situation({placed.aid: self._fed_back}, frozenset((placed.aid,)))
-        self.endpoint = Endpoint(memory.shared, Link(out, ack_periods=ack_periods),
-                                 Link(into, ack_periods=ack_periods), situation)
+        periods = {"ack_periods": ack_periods, "clear_periods": max(ack_periods, _CLEAR)}
+        self.endpoint = Endpoint(memory.shared, Link(out, **periods), Link(into, **periods), situation)
         self.executing = self.blocked = self._stops = False
         self.state = State.IDLE
         self.fault = Code.OK

@@ -61,7 +61,8 @@ class SlavePart:
     names of units in capitals (``algorithm.makers``). ``note`` is given the units as they are executed,
     ``seen`` what invariants ask for; None: nobody listens. ``now``: the time in ns. ``scan_ns``: of the
     master, which begins its scans at multiples of it; feedback goes out no more often. ``ack_periods``:
-    milliseconds without an answer until a transfer is repeated.
+    milliseconds without an answer until a transfer is repeated, and until flags of the master that stay 1
+    are a failure.
 
     ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
     what makers raise.
@@ -106,7 +107,8 @@ class SlavePart:
 
     def _made(self, p: Placed, maker: Maker) -> Slot:
         out, into = (
-            Link(channel(p.slave, to_slave, p.slot, p.size), self._profile, ack_periods=self._ack_periods)
+            Link(channel(p.slave, to_slave, p.slot, p.size), self._profile, ack_periods=self._ack_periods,
+                 clear_periods=self._ack_periods)
             for to_slave in (False, True))
         return Slot(p, maker, self.field, Endpoint(self.memory.shared, out, into, Situation()), self.memory)
 
