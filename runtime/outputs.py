@@ -6,7 +6,7 @@ from ldc.diagnostics import Diagnostics, Invalid
 from ldc.expr import Place
 from ldc.il.program import Program, Unit
 from ldc.symbols import Location
-from ldc.types import Array, Instance, Struct, Type, default
+from ldc.types import blocks_in, default
 from runtime.layout import Home, Layout
 from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import coerce
@@ -70,7 +70,7 @@ def _written(layout: Layout, unit: Unit, number: int | None, found: set[tuple[in
             if instr.op == "FN":
                 _enter(layout, instr.name.upper(), found, seen)
     for variable in unit.variables:
-        for pou in _blocks(variable.type):
+        for pou in blocks_in(variable.type):
             _enter(layout, pou.upper(), found, seen)
 
 
@@ -87,15 +87,3 @@ def _enter(layout: Layout, name: str, found: set[tuple[int | None, str]], seen: 
     if unit is not None and name not in seen:
         seen.add(name)
         _written(layout, unit, None, found, seen)
-
-
-def _blocks(type_: Type) -> list[str]:
-    """The function blocks that a variable of the type holds."""
-    match type_:
-        case Instance(pou=pou):
-            return [pou]
-        case Array(element=element):
-            return _blocks(element)
-        case Struct(fields=fields):
-            return [pou for f in fields for pou in _blocks(f.type)]
-    return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -126,15 +126,13 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
         from ldc.cli import run_realtime  # loads what a run in virtual time does not need
 
         return run_realtime.run(options, sources, result, machine, beat, file, bindings, events)
-    if is_system(result) or options.events:
-        return _run_system(options, sources, result, machine, beat, file, bindings, events, cost)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
     names = watched(options.watch, sources.manifest, machine)
     scans = run_length(options, stimuli, machine)
-    with attached(options, sources, result, machine, names) as beside:  # may set the time of the machine
-        timing = times.tasks(machine, sources.manifest, cost) if cost else None
-        execute = timing.scan if timing else machine.scan
-        powers = Powers(machine, result.units) if _stepped(options, sources) else None
+    runner = _system if is_system(result) or options.events else _alone
+    with attached(options, sources, result, machine, names) as beside, \
+            runner(options, sources, result, machine, bindings, events, cost) as (execute, rows, findings):
+        powers = Powers(machine, result.units) if runner is _alone and _stepped(options, sources) else None
         table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
         with displayed(options.trace, machine, names, table, file, execute) as (scan, sample):
             beat()
@@ -145,44 +143,45 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
                 beside.scanned()
                 beat()
     say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
-    if timing:
-        times.tell(timing.rows(), options.timing)
-    return report((fault.diagnostic() for fault in machine.faults), locator(result))
+    if cost:
+        times.tell(rows(), options.timing)
+    return report((found.diagnostic() for found in findings()), locator(result))
+
+
+Runner = tuple[Action, Callable[[], Iterable], Callable[[], Iterable]]
+"""What executes a scan; how long tasks took, when executions take time; what is to be told at the end."""
+
+
+@contextmanager
+def _alone(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
+           bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None) -> Iterator[Runner]:
+    """A machine without others."""
+    if cost is None:
+        yield machine.scan, list, lambda: machine.faults
+        return
+    from ldc.cli import timing as times
+
+    timing = times.tasks(machine, sources.manifest, cost)
+    yield timing.scan, timing.rows, lambda: machine.faults
+
+
+@contextmanager
+def _system(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
+            bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None) -> Iterator[Runner]:
+    """Master, slaves and plant."""
+    from ldc.cli import system as systems  # loads what a machine alone does not need
+    from ldc.cli import timing as times
+
+    with systems.recorded(options.events, events) as record:
+        watchdogs = times.watchdogs_of(machine, sources.manifest) if cost else None
+        whole = systems.system(result, machine, bindings, record, cost=cost, watchdogs=watchdogs)
+        yield whole.scan, whole.rows, lambda: whole.findings
 
 
 def is_system(result: pipeline.Compiled) -> bool:
     """Whether a project needs more than a machine to run; otherwise it is executed as it always was."""
     manifest = result.sources.manifest
     return bool(result.program.algorithms) or manifest is not None and bool(manifest.coordination)
-
-
-def _run_system(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-                beat: Action, file: BinaryIO | None, bindings: tuple[Binding, ...], events: BinaryIO | None,
-                cost: Cost | None) -> int:
-    """As ``_run``, of master, slaves and plant."""
-    from ldc.cli import system as systems  # loads what a machine alone does not need
-    from ldc.cli import timing as times
-
-    stimuli = stimuli_of(options.inputs, sources.manifest, machine)
-    names = watched(options.watch, sources.manifest, machine)
-    scans = run_length(options, stimuli, machine)
-    with attached(options, sources, result, machine, names) as beside, \
-            systems.recorded(options.events, events) as record:
-        watchdogs = times.watchdogs_of(machine, sources.manifest) if cost else None
-        whole = systems.system(result, machine, bindings, record, cost=cost, watchdogs=watchdogs)
-        table = LiveTable(machine, names, scans, None, whole.scan) if _live(options) else None
-        with displayed(options.trace, machine, names, table, file, whole.scan) as (scan, sample):
-            beat()
-            for _ in range(scans):
-                stimuli.apply(machine)
-                scan()
-                sample()
-                beside.scanned()
-                beat()
-    say(f"{plural(scans, 'scan')}, {milliseconds(scans * machine.period_ns)} ms of virtual time")
-    if cost:
-        times.tell(whole.rows(), options.timing)
-    return report((found.diagnostic() for found in whole.findings), locator(result))
 
 
 def start(

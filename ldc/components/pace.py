@@ -3,7 +3,7 @@ own. All others are called by the ladder, which waits for them (docs/components.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 
 from ldc.components import findings
 from ldc.components.descriptor import Component

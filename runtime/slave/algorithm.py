@@ -6,7 +6,7 @@ pins are words of the field, read before an execution and written after it (docs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from ldc.expr import Place
@@ -16,7 +16,7 @@ from ldc.il.placement import ERROR, Placed
 from ldc.il.program import Instr, Program, Resource, Run, RungCode, Task, Unit
 from ldc.records import record
 from ldc.symbols import Variable
-from ldc.types import BOOL, Array, Instance, Struct, Type
+from ldc.types import BOOL, Instance, blocks_in
 from runtime.faults import Fault
 from runtime.field import Field
 from runtime.layout import lay_out
@@ -113,21 +113,10 @@ def _collect(unit: Unit, full: dict[str, Unit], needed: dict[str, Unit]) -> None
     if unit.name.upper() in needed:
         return
     names = [i.name for rung in unit.rungs for i in rung.code if i.op == "FN"]
-    for name in (*names, *(pou for v in unit.variables for pou in _blocks(v.type))):
+    for name in (*names, *(pou for v in unit.variables for pou in blocks_in(v.type))):
         if name.upper() in full:
             _collect(full[name.upper()], full, needed)
     needed[unit.name.upper()] = unit
-
-
-def _blocks(type_: Type) -> Iterable[str]:
-    match type_:
-        case Instance(pou):
-            yield pou
-        case Array(element=element):
-            yield from _blocks(element)
-        case Struct(fields=fields):
-            for member in fields:
-                yield from _blocks(member.type)
 
 
 class NativeAlgorithm:

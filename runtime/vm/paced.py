@@ -14,7 +14,7 @@ from itertools import accumulate
 from ldc.il.program import Unit
 from runtime.cost import Cost, Costs
 from runtime.faults import FAULTS, Place
-from runtime.layout import FIRST_SCAN, NOW, Layout
+from runtime.layout import FIRST_SCAN, NOW
 from runtime.machine import Schedule
 from runtime.vm import machine
 from runtime.vm.calls import Calls
