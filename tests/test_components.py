@@ -510,7 +510,7 @@ def test_an_area_that_is_full_is_told() -> None:
 
 CALL = "<p: PROBE(x := x, n := n, text := text, row := row)>"
 WITHOUT = MAIN.replace("    p : PROBE;\n", "").replace(CALL, "")
-LDC = [sys.executable, "-c", "from ldc.cli.main import entry; entry()"]
+LDC = [sys.executable, "-c", "from ldc.cli.start import entry; entry()"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

@@ -1,5 +1,5 @@
 """`python -m ldc.cli`: the command where its script is not installed."""
 
-from ldc.cli.main import entry
+from ldc.cli.start import entry
 
 entry()

@@ -1,8 +1,7 @@
-"""Where `ldc` begins and how it ends: the command is run, and whatever happens becomes an exit status."""
+"""How `ldc` ends: the command is run, and whatever happens becomes an exit status."""
 
 from __future__ import annotations
 
-import gc
 import importlib
 import os
 import sys
@@ -15,13 +14,6 @@ from ldc.render import visible
 
 INTERRUPTED, BROKEN_PIPE = 130, 141
 """As a shell reports a command that SIGINT or SIGPIPE ended."""
-
-
-def entry() -> None:
-    """The console script."""
-    status = main(sys.argv[1:])
-    gc.freeze()  # the process ends: nobody needs to look for what nobody uses
-    sys.exit(status)
 
 
 def main(arguments: Sequence[str]) -> int:
