@@ -75,6 +75,10 @@ class Variable:
     location: Location | None = None
     span: Span | None = None
 
+    def retained(self, instance: bool) -> bool:
+        """Whether a variable of a function block is retained in an instance that is, or is not."""
+        return self.retain is not None and (instance or self.retain)
+
 
 @record
 class Parameter:

@@ -6,14 +6,14 @@ say it for itself, and NON_RETAIN leaves out what the instance would keep. Value
 
 from __future__ import annotations
 
+import hashlib
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from time import sleep
 
 from ldc.il import block
 from ldc.il.layout import type_hash
 from ldc.records import record
-from ldc.symbols import Variable
 from ldc.types import Array, Instance, String, Struct, Subrange, Type, is_scalar, storage
 from runtime.checksum import canonical, value_of
 from runtime.in_block import InBlock
@@ -40,7 +40,7 @@ class Leaf:
 
 @record
 class Restored:
-    """Paths by what became of them."""
+    """Paths by what became of them, on the master or a slave."""
 
     kept: tuple[str, ...]
     initialised: tuple[str, ...]
@@ -49,14 +49,15 @@ class Restored:
 
 def leaves(layout: Layout) -> tuple[Leaf, ...]:
     """All that is retained, in declared order. Linear in the number of scalars."""
-    hashes: dict[Type, str] = {}
-    walk = _Walk(layout, hashes, {})
+    walk = Walk(layout, {}, {})
     return tuple(leaf for root in layout.roots() if not root.variable.constant
                  for leaf in walk.root(root))
 
 
 @record
-class _Walk:
+class Walk:
+    """Finds what is retained in a part of a layout. ``hashes``, ``known``: of types seen so far."""
+
     layout: Layout
     hashes: dict[Type, str]
     known: dict[Type, bool]
@@ -87,7 +88,7 @@ class _Walk:
             for v in self.layout.units[type_.pou.upper()].variables:
                 if has_state(v):
                     inside = self.inside(at, f".{v.name}", slot(v.name), v.type)
-                    yield from self.part(inside, v.type, _says(v, retain))
+                    yield from self.part(inside, v.type, v.retained(retain))
 
     def some(self, type_: Type) -> bool:
         """Whether a part says for itself that it is retained: only variables of function blocks do."""
@@ -111,10 +112,6 @@ class _Walk:
         return Leaf(at.path.upper(), one, self.hashes[whole], symbols)
 
 
-def _says(variable: Variable, inherited: bool) -> bool:
-    return variable.retain is not None and (inherited or variable.retain)
-
-
 # ---- saving ------------------------------------------------------------------------------------------
 
 
@@ -127,16 +124,30 @@ class Identity:
     layout: Callable[[], str]
 
 
-def saver(machine: Machine, identity: Identity) -> Callable[[], Callable[[], Kept]]:
+Take = Callable[[], Callable[[], list[Entry]]]
+"""Copies values between two scans; what it gives makes entries of them, in any thread."""
+
+
+def saver(machine: Machine, identity: Identity, slaves: Take = lambda: list
+          ) -> Callable[[], Callable[[], Kept]]:
     """A function that copies what is retained, quickly and between two scans; what it gives makes the save
-    of it, in any thread."""
+    of it, in any thread. ``slaves``: what algorithms there retain; of a pin that both sides have theirs
+    counts."""
     found = leaves(machine.layout)
     copy = _copier(machine, tuple(symbol for leaf in found for symbol in leaf.symbols))
 
     def take() -> Callable[[], Kept]:
-        scan, now, values = machine.scans, machine.now_ns, copy()
-        return lambda: Kept(identity.name, identity.program, identity.layout(), scan, now,
-                            _entries(found, _by_the_way(values())))
+        scan, now, values, others = machine.scans, machine.now_ns, copy(), slaves()
+
+        def make() -> Kept:
+            more, layout = others(), identity.layout()
+            kept = {entry.path: entry for entry in (*entries(found, _by_the_way(values())), *more)}
+            if more:
+                rows = "".join(f"{entry.path}|{entry.type}\n" for entry in more)
+                layout = hashlib.sha256(f"{layout}\n{rows}".encode()).hexdigest()
+            return Kept(identity.name, identity.program, layout, scan, now, list(kept.values()))
+
+        return make
 
     return take
 
@@ -174,7 +185,8 @@ def _by_the_way(values: Iterator) -> Iterator:
         yield value
 
 
-def _entries(found: tuple[Leaf, ...], values: Iterator) -> list[Entry]:
+def entries(found: Iterable[Leaf], values: Iterator) -> list[Entry]:
+    """The values of all scalars of some leaves, in their order, as they are saved."""
     rows = []
     for leaf in found:
         part = [next(values) for _ in leaf.symbols]
@@ -190,28 +202,32 @@ def _entries(found: tuple[Leaf, ...], values: Iterator) -> list[Entry]:
 # ---- at the start ------------------------------------------------------------------------------------
 
 
-def restore(machine: Machine, kept: Kept) -> Restored:
+def restore(machine: Machine, kept: Kept, slaves: Iterable[Leaf] = ()) -> Restored:
     """Puts saved values into a machine before its first scan. The program's time goes on where it was, so
-    that timers that are retained keep what has elapsed.
+    that timers that are retained keep what has elapsed. ``slaves``: what algorithms there retain, which take
+    it from the same entries.
 
     Raises ValueError, and leaves the machine as it was, when bytes are no value of their type.
     """
-    entries = {entry.path: entry for entry in kept.entries}
-    values: list[tuple[Symbol, object]] = []
-    same, initialised = [], []
-    for leaf in leaves(machine.layout):
-        entry = entries.get(leaf.path)
-        part = None if entry is None or entry.type != leaf.hash else _values(entry, leaf)
-        if part is None:
-            initialised.append(leaf.path)
-            continue
-        del entries[leaf.path]
-        same.append(leaf.path)
-        values += zip(leaf.symbols, part, strict=True)
-    for symbol, value in values:
-        machine.assign(symbol, value)
+    saved = {entry.path: entry for entry in kept.entries}
+    own, others = (list(fitting(found, saved)) for found in (leaves(machine.layout), slaves))
+    became = {leaf.path: part is not None for leaf, part in (*own, *others)}
+    for leaf, part in own:
+        if part is not None:
+            for symbol, value in zip(leaf.symbols, part, strict=True):
+                machine.assign(symbol, value)
     machine.now_ns = kept.now_ns
-    return Restored(tuple(same), tuple(initialised), tuple(entries))
+    return Restored(tuple(path for path, good in became.items() if good),
+                    tuple(path for path, good in became.items() if not good),
+                    tuple(path for path in saved if not became.get(path)))
+
+
+def fitting(found: Iterable[Leaf], saved: Mapping[str, Entry]) -> Iterator[tuple[Leaf, list[object] | None]]:
+    """Leaves with their saved values, None for what has none of its type. Raises ValueError when bytes are no
+    value of their type."""
+    for leaf in found:
+        entry = saved.get(leaf.path)
+        yield leaf, None if entry is None or entry.type != leaf.hash else _values(entry, leaf)
 
 
 def _values(entry: Entry, leaf: Leaf) -> list[object] | None:

@@ -67,7 +67,7 @@ class Placed:
     modules, None for an instance elsewhere. ``slave``: 1 .. 4; ``slot``: 0 .. 31 of it, ``blocks`` times 128
     bytes long; ``ad``: the byte of AD where its parameters begin, that of pid 1. ``parameters``: to the
     slave, ``enable`` first when the component has it. ``feedback``: outputs, then ``error``, last AFS
-    (``processors.states``).
+    (``processors.states``). ``retain``: its instance is retained, with what its body holds on the slave.
     """
 
     path: str
@@ -82,6 +82,7 @@ class Placed:
     parameters: tuple[PlacedPin, ...]
     feedback: tuple[PlacedPin, ...]
     local: tuple[LocalPin, ...]
+    retain: bool = False
 
     @property
     def size(self) -> int:
@@ -151,8 +152,9 @@ def placed(program: Program, modules: Sequence[str] = (), previous: Sequence[Pla
     numbers = {name.upper(): n for n, name in enumerate(modules or (run.name for run in part.runs))}
     before = {p.path.upper(): p for p in previous}
     wanted = []
-    for path, unit in _instances(program, part, units):
-        fresh = _unplaced(path, unit, bodies[unit.name.upper()], numbers.get(path.partition(".")[0].upper()))
+    for path, unit, retain in _instances(program, part, units):
+        module = numbers.get(path.partition(".")[0].upper())
+        fresh = replace(_unplaced(path, unit, bodies[unit.name.upper()], module), retain=retain)
         old = before.get(path.upper())
         wanted.append((fresh, old if old is not None and _alike(old, fresh) else None))
     rooms = {slave: _Room() for slave in range(1, 5)}
@@ -202,40 +204,44 @@ def _part(program: Program) -> Resource:
     return next((r for r in program.resources if r.runs), program.resources[0])
 
 
-def _instances(program: Program, part: Resource, units: dict[str, Unit]) -> Iterator[tuple[str, Unit]]:
-    """Path and proxy of every algorithm: those of program instances, then global ones."""
+_Found = tuple[str, Unit, bool]
+"""Path and proxy of an algorithm, and whether it is retained."""
+
+
+def _instances(program: Program, part: Resource, units: dict[str, Unit]) -> Iterator[_Found]:
+    """Every algorithm: those of program instances, then global ones."""
     known: dict[Type, bool] = {}
     for run in part.runs:
         for v in state(units[run.pou.upper()]):
-            yield from _within(f"{run.name}.{v.name}", v.type, units, known)
+            yield from _within(f"{run.name}.{v.name}", v.type, units, known, bool(v.retain))
     for v in program.globals:
-        yield from _within(v.name, v.type, units, known)
+        yield from _within(v.name, v.type, units, known, bool(v.retain))
 
 
-def _members(type_: Type, units: dict[str, Unit]) -> Iterator[tuple[str, Type]]:
-    """The parts of a value: how a path goes on, and the type there."""
+def _members(type_: Type, units: dict[str, Unit], retain: bool) -> Iterator[tuple[str, Type, bool]]:
+    """The parts of a value: how a path goes on, the type there, and whether it is retained."""
     match type_:
         case Array(bounds, element):
             rows = [""]
             for low, high in bounds:
                 rows = [f"{row}{',' * bool(row)}{index}" for row in rows for index in range(low, high + 1)]
-            yield from ((f"[{row}]", element) for row in rows)
+            yield from ((f"[{row}]", element, retain) for row in rows)
         case Struct(fields=fields):
-            yield from ((f".{f.name}", f.type) for f in fields)
+            yield from ((f".{f.name}", f.type, retain) for f in fields)
         case Instance(pou):
-            yield from ((f".{v.name}", v.type) for v in state(units[pou.upper()]))
+            yield from ((f".{v.name}", v.type, v.retained(retain)) for v in state(units[pou.upper()]))
 
 
-def _within(path: str, type_: Type, units: dict[str, Unit], known: dict[Type, bool]
-            ) -> Iterator[tuple[str, Unit]]:
+def _within(path: str, type_: Type, units: dict[str, Unit], known: dict[Type, bool], retain: bool
+            ) -> Iterator[_Found]:
     if not _holds(type_, units, known):
         return
     unit = units[type_.pou.upper()] if isinstance(type_, Instance) else None
     if unit is not None and unit.pace is not None:
-        yield path, unit
+        yield path, unit, retain
         return
-    for step, inner in _members(type_, units):
-        yield from _within(path + step, inner, units, known)
+    for step, inner, kept in _members(type_, units, retain):
+        yield from _within(path + step, inner, units, known, kept)
 
 
 def _holds(type_: Type, units: dict[str, Unit], known: dict[Type, bool]) -> bool:
@@ -247,7 +253,7 @@ def _holds(type_: Type, units: dict[str, Unit], known: dict[Type, bool]) -> bool
         elif isinstance(type_, Instance) and units[type_.pou.upper()].pace is not None:
             found = True
         else:
-            found = any(_holds(inner, units, known) for _, inner in _members(type_, units))
+            found = any(_holds(inner, units, known) for _, inner, _ in _members(type_, units, False))
         known[type_] = found
     return found
 
