@@ -225,6 +225,18 @@ def test_a_plant_has_a_process_of_its_own_and_its_fault_ends_the_run(tmp_path: P
     assert len(rows) < 2000 and "LD0842" in said and "jammed" in said and "Traceback" not in said
 
 
+def test_retain_forces_and_ring_are_attached_once(tmp_path: Path) -> None:
+    source, kept, ring = tmp_path / "blink.ld", tmp_path / "blink.retain", tmp_path / "ring.csv"
+    source.write_text(BLINK.replace("VAR\n", "VAR RETAIN\n"))
+    options = ("--period", "5ms", "--retain", str(kept), "--force", "stop=1",
+               "--ring", str(ring), "--trigger", "stop = 1", "--before", "1", "--after", "1")
+    ran(source, "--scans", "4", *options)
+    rows, said = ran(source, "--scans", "4", *options)
+    assert said.count("retain: ") == said.count("still forced: ") == said.count("ring: ") == 1
+    assert "ring: triggered in scan 0, 2 rows" in said and len(rows) == 4
+    assert len(list(csv.DictReader(ring.read_text().splitlines()))) == 2
+
+
 def test_a_picture_of_the_lateness(tmp_path: Path) -> None:
     source, picture = tmp_path / "blink.ld", tmp_path / "late.svg"
     source.write_text(BLINK)

@@ -63,21 +63,20 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         whole = _Run(result, machine, bindings, beat, record.append if record else None)
         whole.loop.until(came)
         try:
-            with attached(options, sources, result, machine, names) as beside:
-                live = options.trace is None and is_terminal(sys.stdout)
-                table = LiveTable(machine, names, scans, None, whole.loop.scan) if live else None
-                with displayed(options.trace, machine, names, table, file, whole.loop.scan) as (scan, sample):
-                    for _ in range(scans):
-                        stimuli.apply(machine)
-                        before = machine.scans
-                        scan()
-                        if machine.scans == before:  # the run was ended while it waited
-                            break
-                        sample()
-                        beside.scanned()
-                        beat()
-                        if whole.loop.over:
-                            break
+            live = options.trace is None and is_terminal(sys.stdout)
+            table = LiveTable(machine, names, scans, None, whole.loop.scan) if live else None
+            with displayed(options.trace, machine, names, table, file, whole.loop.scan) as (scan, sample):
+                for _ in range(scans):
+                    stimuli.apply(machine)
+                    before = machine.scans
+                    scan()
+                    if machine.scans == before:  # the run was ended while it waited
+                        break
+                    sample()
+                    beside.scanned()
+                    beat()
+                    if whole.loop.over:
+                        break
         finally:
             whole.finish()
     processors = whole.processors()
