@@ -227,7 +227,7 @@ def test_a_plant_has_a_process_of_its_own_and_its_fault_ends_the_run(tmp_path: P
 
 def test_retain_forces_and_ring_are_attached_once(tmp_path: Path) -> None:
     source, kept, ring = tmp_path / "blink.ld", tmp_path / "blink.retain", tmp_path / "ring.csv"
-    source.write_text(BLINK.replace("VAR\n", "VAR RETAIN\n"))
+    source.write_text(BLINK.replace("main\nVAR", "main\nVAR RETAIN"))
     options = ("--period", "5ms", "--retain", str(kept), "--force", "stop=1",
                "--ring", str(ring), "--trigger", "stop = 1", "--before", "1", "--after", "1")
     ran(source, "--scans", "4", *options)
