@@ -293,7 +293,6 @@ WRONG = [
     (two(a="act(N);", rest="ACTION act: RUNG [x] >>there END_ACTION "
          "ACTION other: RUNG there [x] (q) END_ACTION"), ["LD0235", "LD0515"]),
     (program("STEP A: END_STEP"), ["LD0226"]),
-    (program("ACTION act: END_ACTION"), ["LD0226", "LD0235"]),
     ("FUNCTION f : INT INITIAL_STEP A: END_STEP END_FUNCTION", ["LD0233"]),
 ]
 

@@ -113,7 +113,7 @@ def report(
 
 
 def _counts(file: ast.File) -> tuple[str, ...]:
-    rungs = sum(len(rungs_of(pou.body)) for pou in file.pous)
+    rungs = sum(len(rungs_of(pou)) for pou in file.pous)
     blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
     blocks += [block for c in file.configurations for block in c.var_blocks]
     numbers = (len(file.pous), rungs, len(file.types), sum(len(block.variables) for block in blocks))

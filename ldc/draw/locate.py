@@ -65,8 +65,8 @@ class _Drawing:
         pou = self.pous[index]
         name = f"{pou.kind} {pou.name}"
         body = pou.body
-        if isinstance(body, SfcBody):
-            body = ast.LadderBody(rungs_of(body), body.span)
+        if isinstance(body, SfcBody) or pou.actions:
+            body = ast.LadderBody(rungs_of(pou), pou.span)
         if not isinstance(body, ast.LadderBody):
             return Place(name)
         if index not in self.elements:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ldc.model.edges import Edge
 from ldc.parser import ast
-from ldc.parser.sfc import SfcBody
+from ldc.parser.sfc import Action, SfcBody
 from ldc.parser.statements import StatementBody
 from ldc.records import record
 from ldc.source import Span
@@ -19,7 +19,7 @@ class Pou:
     """A POU with its typed variables by name in capitals (pins first, in declared order).
 
     The result of a FUNCTION is also a local variable with the function's name. ``edges``: what the body reads
-    of inputs with R_EDGE or F_EDGE.
+    of inputs with R_EDGE or F_EDGE. ``actions``: what the body may call beside it.
     """
 
     signature: Signature
@@ -28,6 +28,7 @@ class Pou:
     body: ast.LadderBody | ast.TextBody | StatementBody | SfcBody
     span: Span
     edges: tuple[Edge, ...] = ()
+    actions: tuple[Action, ...] = ()
 
     @property
     def name(self) -> str:

@@ -145,7 +145,7 @@ class _Resolver:
         edges = edges_of(node, ordered)
         ordered.update((v.name.upper(), v) for edge in edges for v in (edge.pulse, edge.memory))
         self._signatures[key] = signature
-        self._built[key] = Pou(signature, node.title, ordered, node.body, node.span, edges)
+        self._built[key] = Pou(signature, node.title, ordered, node.body, node.span, edges, node.actions)
         return signature
 
     def _add_chart(self, node: ast.Pou, variables: dict[str, Variable], frame: Frame) -> None:

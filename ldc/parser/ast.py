@@ -11,6 +11,7 @@ from ldc.records import record
 from ldc.source import SourceFile, Span
 
 if TYPE_CHECKING:
+    from ldc.parser.sfc import Action
     from ldc.parser.statements import StatementBody
 
 # ---- expressions ------------------------------------------------------------------------------
@@ -314,7 +315,8 @@ class NativeBody:
 @record
 class Pou:
     """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns. The
-    body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart."""
+    body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart. ``actions``:
+    further bodies with names, which are executed where they are called; those of a chart are in its body."""
 
     kind: str
     name: str
@@ -324,6 +326,7 @@ class Pou:
     body: LadderBody | TextBody | StatementBody | NativeBody
     span: Span
     name_span: Span
+    actions: tuple[Action, ...] = ()
 
 
 # ---- configuration ----------------------------------------------------------------------------

@@ -31,13 +31,23 @@ def read_chart(units: Units, first: int, end: int, span: Span, ladder: bool) -> 
     return chart, reader.lost
 
 
-class _Reader:
-    """Goes through the tokens once; ``at`` is the next one."""
+def read_actions(
+    units: Units, first: int, end: int, language: str | None
+) -> tuple[tuple[sfc.Action, ...], set[str]]:
+    """The actions of a POU that is no chart, and the rungs that were left out. ``language``: of the file, ST
+    or IL; None for ladders."""
+    reader = _Reader(units, first, end, language is None, language == "IL")
+    reader.read_actions()
+    return tuple(reader.actions), reader.lost
 
-    def __init__(self, units: Units, first: int, end: int, ladder: bool) -> None:
+
+class _Reader:
+    """Goes through the tokens once; ``at`` is the next one. ``listed``: bodies are Instruction List."""
+
+    def __init__(self, units: Units, first: int, end: int, ladder: bool, listed: bool = False) -> None:
         self.units, self.findings = units, units.findings
         self.tokens, self.types = units.tokens, units.types
-        self.at, self.end, self.ladder = first, end, ladder
+        self.at, self.end, self.ladder, self.listed = first, end, ladder, listed
         self.steps: list[sfc.Step] = []
         self.transitions: list[sfc.Transition] = []
         self.actions: list[sfc.Action] = []
@@ -55,6 +65,19 @@ class _Reader:
                 self._action()
             else:
                 self._stray()
+
+    def read_actions(self) -> None:
+        while self.at < self.end:
+            self.findings.enough(self.at)
+            if self._kind() == "ACTION":
+                self._action()
+                continue
+            begin = self.at
+            self.at += 1
+            self._seek()
+            if not self.units.bad(begin, self.at):
+                self.findings.unexpected(begin, "ACTION or the end", "actions are the last part of a POU: "
+                                         "move this above the first of them, or into one")
 
     # ---- helpers
 
@@ -173,7 +196,7 @@ class _Reader:
 
     # ---- bodies
 
-    def _body(self, end: str) -> ast.LadderBody | StatementBody:
+    def _body(self, end: str) -> sfc.Body:
         """All up to the next word of the chart."""
         first, start = self.at, self.tokens.ends[self.at - 1]
         stop = self._seek()
@@ -181,6 +204,8 @@ class _Reader:
             stop -= 1  # _close reports it
         to = self.tokens.starts[stop] if stop < len(self.types) else self.tokens.ends[-1]
         span = Span(self.tokens.source, start, max(start, to))
+        if self.listed:
+            return ast.TextBody("IL", span)
         if first < stop and self.types[first] == "RUNG" or first == stop and self.ladder:
             return ast.LadderBody(tuple(self._rungs(first, stop)), span)
         return read_body(self.units, first, stop, span)

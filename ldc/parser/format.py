@@ -16,7 +16,7 @@ from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.lexer import lex
 from ldc.parser.literals import quoted
-from ldc.parser.sfc import SfcBody
+from ldc.parser.sfc import SfcBody, parts_of
 from ldc.parser.statements import StatementBody
 
 INDENT = unparse.INDENT
@@ -36,7 +36,7 @@ class _Printer:
     def __init__(self, source_file: ast.File) -> None:
         self.tree, self.text = source_file, source_file.source.text
         self.tokens = lex(source_file.source)
-        bodies = [p.body.span for p in source_file.pous if isinstance(p.body, ast.TextBody)]
+        bodies = [body.span for p in source_file.pous for body in parts_of(p) if isinstance(body, ast.TextBody)]
         free = (c for c in source_file.comments
                 if not any(b.start <= c.span.start < b.end for b in bodies))
         self.comments = Comments(self.text, free)
@@ -190,17 +190,18 @@ class _Printer:
             self.opened = True
             StatementPrinter(self).list(pou.body.statements, INDENT)
         elif isinstance(pou.body, ast.TextBody):
-            self._text_body(pou.body)
+            self.listing(pou.body)
         elif isinstance(pou.body, SfcBody):
             ChartPrinter(self).chart(pou.body)
         else:
             for rung in pou.body.rungs:
                 self.blank()
                 self.rung(rung, "")
+        ChartPrinter(self).actions(pou.actions)
         word = f"END_{pou.kind}"
         below = self.comments.before(pou.span.end - len(word))
         if below:
-            inside = isinstance(pou.body, StatementBody)
+            inside = isinstance(pou.body, StatementBody) and not pou.actions
             if not inside:
                 self.blank()
             self.own_lines(below, INDENT if inside else "")
@@ -214,7 +215,7 @@ class _Printer:
                 index += 1
         return self.tokens.ends[index + (pou.title is not None)]
 
-    def _text_body(self, body: ast.TextBody) -> None:
+    def listing(self, body: ast.TextBody) -> None:
         """As written; only blank lines around it and space at the ends of lines are dropped."""
         first, *rest = (line.rstrip() for line in body.span.text.split("\n"))
         first = first.strip()

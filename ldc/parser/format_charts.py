@@ -1,4 +1,4 @@
-"""The canonical form of sequential function charts: steps, transitions and actions in the order written."""
+"""The canonical form of sequential function charts, and of actions: their parts in the order written."""
 
 from __future__ import annotations
 
@@ -23,13 +23,22 @@ class ChartLines(Lines, Protocol):
 
     def rung(self, rung: ast.Rung, indent: str) -> None: ...
 
+    def listing(self, body: ast.TextBody) -> None: ...
+
 
 class ChartPrinter:
     def __init__(self, lines: ChartLines) -> None:
         self.lines = lines
 
     def chart(self, chart: sfc.SfcBody) -> None:
-        for part in sorted((*chart.steps, *chart.transitions, *chart.actions), key=lambda p: p.span.start):
+        self._parts((*chart.steps, *chart.transitions, *chart.actions))
+
+    def actions(self, actions: tuple[sfc.Action, ...]) -> None:
+        """Those of a POU that is no chart."""
+        self._parts(actions)
+
+    def _parts(self, parts: tuple[sfc.Step | sfc.Transition | sfc.Action, ...]) -> None:
+        for part in sorted(parts, key=lambda p: p.span.start):
             self.lines.blank()
             self.lines.above(part.span.start, "")
             match part:
@@ -67,6 +76,9 @@ class ChartPrinter:
     def _body(self, body: sfc.Body) -> None:
         if isinstance(body, StatementBody):
             StatementPrinter(self.lines).list(body.statements, INDENT)
+            return
+        if isinstance(body, ast.TextBody):
+            self.lines.listing(body)
             return
         for number, rung in enumerate(body.rungs):
             if number:

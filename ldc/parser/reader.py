@@ -7,6 +7,7 @@ bad rung or declaration gives its findings and is left out; the rest is read. Co
 from __future__ import annotations
 
 import difflib
+from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, charts, sfc, statements
@@ -20,7 +21,7 @@ from ldc.source import SourceFile, Span
 POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
 _STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", "VAR_GLOBAL"))
 _ENDS = frozenset(f"END_{kind}" for kind in (*POUS, "TYPE", "CONFIGURATION", "RESOURCE", "VAR"))
-_STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK"}
+_STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK", "ACTION"}
 _SECTIONS = frozenset(SECTIONS)
 _LANGUAGES = {".st": "ST", ".il": "IL"}
 
@@ -96,6 +97,8 @@ class Reader:
                 self.globals.append(self._section())
             elif kind == "CONFIGURATION":
                 self._configuration()
+            elif kind == "ACTION" and self.pous and not self.pous[-1].actions:
+                self._late_actions()
             else:
                 self._outside()
 
@@ -198,16 +201,46 @@ class Reader:
         sections: list[ast.VarBlock] = []
         while self._kind() in SECTIONS:
             sections.append(self._section())
-        if self._kind() in charts.STARTS and self.language != "IL":
+        actions: tuple[sfc.Action, ...] = ()
+        if self._is_chart():
             body = self._chart()
-        elif self.language == "ST":
-            body = self._statements(f"END_{kind}")
         else:
-            body = self._text_body() if self.language else self._ladder(sections, kind, first)
+            if self.language == "ST":
+                body = self._statements(f"END_{kind}")
+            else:
+                body = self._text_body() if self.language else self._ladder(sections, kind, first)
+            actions = self._actions()
         last = self._pou_end(f"END_{kind}", first)
         if head is not None:
             self.pous.append(ast.Pou(kind, head.name, head.title, head.result, tuple(sections), body,
-                                     self.tokens.span(first, last), head.name_span))
+                                     self.tokens.span(first, last), head.name_span, actions))
+
+    def _is_chart(self) -> bool:
+        """Actions alone are those of a POU without a body."""
+        if self.language == "IL" or self._kind() not in charts.STARTS:
+            return False
+        if self._kind() != "ACTION":
+            return True
+        first = self.at
+        self._seek(_POU_STOPS | _CHART_PARTS)
+        found, self.at = self._kind() in _CHART_PARTS, first
+        return found
+
+    def _actions(self) -> tuple[sfc.Action, ...]:
+        """The actions behind a body."""
+        first = self.at
+        if self._kind() != "ACTION":
+            return ()
+        self._seek(_POU_STOPS)
+        actions, lost = charts.read_actions(self.units, first, self.at, self.language)
+        self.lost_rungs |= lost
+        return actions
+
+    def _late_actions(self) -> None:
+        """Actions behind the END of their POU, where some editors write them."""
+        pou, actions = self.pous[-1], self._actions()
+        span = pou.span.to(actions[-1].span) if actions else pou.span
+        self.pous[-1] = replace(pou, actions=actions, span=span)
 
     def _head_end(self) -> int:
         """Behind ``PROGRAM name "title"`` or ``FUNCTION name : TYPE "title"``, as far as it goes."""
@@ -230,7 +263,7 @@ class Reader:
 
     def _text_body(self) -> ast.TextBody:
         start = self.tokens.ends[self.at - 1]
-        self._seek(_POU_STOPS)
+        self._seek(_BODY_STOPS)
         end = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
         return ast.TextBody(self.language, Span(self.tokens.source, start, end))
 
@@ -245,7 +278,7 @@ class Reader:
 
     def _statements(self, end: str) -> statements.StatementBody:
         first, start = self.at, self.tokens.ends[self.at - 1]
-        self._seek(_POU_STOPS)
+        self._seek(_BODY_STOPS)
         stop = self.at
         if self._kind() != end and stop > first and self.types[stop - 1] == "NAME":
             if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
@@ -256,7 +289,7 @@ class Reader:
     def _ladder(self, sections: list[ast.VarBlock], kind: str, opening: int) -> ast.LadderBody:
         rungs: list[ast.Rung] = []
         start = self.tokens.ends[self.at - 1]
-        while (word := self._kind()) and word not in _POU_STOPS:
+        while (word := self._kind()) and word not in _BODY_STOPS:
             if word == "RUNG":
                 rung = self._rung(f"END_{kind}", opening)
                 if rung is not None:
@@ -374,6 +407,8 @@ class Reader:
 
 _POU_ENDS = frozenset(f"END_{kind}" for kind in POUS)
 _POU_STOPS = _POU_ENDS | _STARTERS
+_BODY_STOPS = _POU_STOPS | {"ACTION"}
+_CHART_PARTS = frozenset(charts.STARTS) - {"ACTION"}
 _IN_CONFIGURATION = frozenset(("VAR_GLOBAL", "RESOURCE", "END_CONFIGURATION"))
 _IN_RESOURCE = frozenset(("VAR_GLOBAL", "TASK", "PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION"))
 _LINE_STOPS = _IN_RESOURCE | {";"}

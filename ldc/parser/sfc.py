@@ -81,6 +81,13 @@ def bodies(chart: SfcBody) -> tuple[Body, ...]:
     return (*conditions, *(action.body for action in chart.actions))
 
 
+def parts_of(pou) -> tuple[Body, ...]:
+    """All that is executed in a POU (of the tree or of the model): its body, or those in its chart, and the
+    bodies of its actions."""
+    own = bodies(pou.body) if isinstance(pou.body, SfcBody) else (pou.body,)
+    return (*own, *(action.body for action in pou.actions))
+
+
 def expressions(chart: SfcBody) -> tuple[Expr, ...]:
     """Conditions that are no bodies, and times."""
     conditions = (t.condition for t in chart.transitions if not isinstance(t.condition, Body))
@@ -88,8 +95,6 @@ def expressions(chart: SfcBody) -> tuple[Expr, ...]:
     return (*conditions, *times)
 
 
-def rungs_of(body: Body | SfcBody) -> tuple:
-    """The rungs in the body of a POU, in order; of a chart those of its transitions and actions."""
-    if isinstance(body, SfcBody):
-        return tuple(rung for inner in bodies(body) for rung in rungs_of(inner))
-    return body.rungs if isinstance(body, LadderBody) else ()
+def rungs_of(pou) -> tuple:
+    """The rungs of a POU in order, those in its chart and its actions too."""
+    return tuple(rung for body in parts_of(pou) if isinstance(body, LadderBody) for rung in body.rungs)

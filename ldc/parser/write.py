@@ -15,7 +15,7 @@ from ldc.parser import ast, reader, unparse
 from ldc.parser.format import format_file, heading, program_text, task_text
 from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
-from ldc.parser.sfc import SfcBody, bodies
+from ldc.parser.sfc import SfcBody, bodies, parts_of
 from ldc.parser.statements import StatementBody
 from ldc.source import SourceFile, Span
 
@@ -45,15 +45,20 @@ def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.F
 
 
 def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
-    """Whether a text file can hold the POU: a chart has rungs or statements inside of it there."""
-    inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else ()
+    """Whether a text file can hold the POU: there, a chart has rungs or statements inside of it, and a POU with
+    one body in Instruction List has no other language."""
+    inside = parts_of(pou)
     listed = next((body for body in inside if isinstance(body, ast.TextBody)), None)
-    if listed is not None:
+    other = isinstance(pou.body, SfcBody) or not all(isinstance(body, ast.TextBody) for body in inside)
+    if listed is not None and other:
+        chart = isinstance(pou.body, SfcBody)
         diagnostics.error(
-            "LD0154", f"`{pou.name}` is a chart with a body in Instruction List", listed.span,
-            "no text file holds this in a chart",
+            "LD0154", f"`{pou.name}` is a chart with a body in Instruction List" if chart
+            else f"`{pou.name}` has bodies in Instruction List and in another language", listed.span,
+            f"no text file holds this {'in a chart' if chart else 'beside the other'}",
             help="write it in Structured Text or as a ladder; as it is, the file compiles without import")
-    return listed is None
+        return False
+    return True
 
 
 def _lines(parts: Iterable[Part]) -> Iterator[str]:
@@ -118,15 +123,22 @@ def _pou(pou: ast.Pou) -> Iterator[str]:
     else:
         for rung in pou.body.rungs:
             yield unparse.rung_text(rung)
+    printer = _Plain()
+    ChartPrinter(printer).actions(_at_places(pou.actions, pou.span, count()))
+    yield from printer.lines
     yield f"END_{pou.kind}"
 
 
 def _in_order(chart: SfcBody) -> SfcBody:
     """The chart with spans that put its parts into their order; a drawing may have them anywhere."""
-    places = (Span(chart.span.source, at, at) for at in count())
-    groups = ([replace(part, span=next(places)) for part in group]
-              for group in (chart.steps, chart.transitions, chart.actions))
-    return SfcBody(*map(tuple, groups), chart.span)
+    places = count()
+    groups = (_at_places(group, chart.span, places) for group in (chart.steps, chart.transitions, chart.actions))
+    return SfcBody(*groups, chart.span)
+
+
+def _at_places(parts: Iterable, around: Span, places: Iterator[int]) -> tuple:
+    """The parts with one place after the other as their spans."""
+    return tuple(replace(part, span=Span(around.source, at, at)) for part, at in zip(parts, places))
 
 
 class _Plain:
@@ -156,6 +168,9 @@ class _Plain:
 
     def rung(self, rung: ast.Rung, indent: str) -> None:
         self.lines.append(indent + unparse.rung_text(rung))
+
+    def listing(self, body: ast.TextBody) -> None:
+        self.lines.append(body.span.text.strip("\n"))
 
 
 def _configuration(configuration: ast.Configuration) -> Iterator[str]:

@@ -27,7 +27,7 @@ from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
 from ldc.model.chart_control import Control
 from ldc.model.project import Pou
-from ldc.parser import ast, format_of, parse_file
+from ldc.parser import ast, format_of, parse_file, parse_files
 from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.sfc import bodies as sfc_bodies
 from ldc.parser.sfc import rungs_of
@@ -84,7 +84,8 @@ class _Compile:
         with self.timings.of("parse"):
             known = find.components(self.sources.descriptors, self.diagnostics)
             bodies = components.own_sources(known)
-            files = tuple(self.parsed(f) for f in self.sources.files if f.path not in bodies)
+            files = parse_files((f for f in self.sources.files if f.path not in bodies),
+                                self.diagnostics, self.parsed)
             wanted = known.components if self.options.every_component else ()
             self.components, more = components.used(files, known, self.diagnostics, wanted, self.slaves)
             pace.elsewhere(self.components.values(), self.slaves, self.diagnostics)
@@ -165,7 +166,7 @@ class _Compile:
 
     def chart(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]]:
         """A sequential function chart: its control as statements, the bodies of its actions each as it is."""
-        rungs = rungs_of(pou.body)
+        rungs = rungs_of(pou)
         keys = dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
         made = {id(body): self.part(pou, body, keys, f"a{number}_")
                 for number, body in enumerate(sfc_bodies(pou.body), 1)}

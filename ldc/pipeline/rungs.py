@@ -33,7 +33,7 @@ class Rungs:
                  known: Set[SourceFile]) -> None:
         self.options, self.diagnostics, self.timings = options, diagnostics, timings
         self.known = known
-        self.done, self.total = 0, sum(len(rungs_of(p.body)) for p in model.pous.values())
+        self.done, self.total = 0, sum(len(rungs_of(p)) for p in model.pous.values())
         self.shapes: dict[tuple, shapes.Known] = {}
         self.nullary = frozenset(name for name, s in model.signatures.items()
                                  if s.kind == "FUNCTION" and not (s.inputs or s.in_outs))
