@@ -7,13 +7,16 @@ defaults differ between them. An object is filled by the descriptors of its slot
 
 from __future__ import annotations
 
-from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, fields
+from collections.abc import Sequence
+from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, fields
 from functools import cache
 from reprlib import recursive_repr
 from types import CodeType, FunctionType
 from typing import TypeVar, dataclass_transform
 
 _Class = TypeVar("_Class", bound=type)
+_PLAIN = ("__dict__", "__weakref__")
+"""What a class without slots has of its own."""
 
 
 @dataclass_transform(frozen_default=True)
@@ -22,15 +25,18 @@ def record(cls: _Class) -> _Class:
     equality, hash and representation are by fields, and an object never changes.
 
     Of `field()` it knows `default`, `compare` and `repr`; raises TypeError for a field that is made anew for
-    each object: such a class is a dataclass of the standard library. A class with a base is none of its own.
+    each object: such a class is a dataclass of the standard library. A class with a base is none of its own,
+    and all that it annotates are fields.
     """
-    made = dataclass(init=False, repr=False, eq=False, slots=True)(cls)
-    members = fields(made)
-    if any(f.default_factory is not MISSING or not f.init or f.kw_only for f in members):
-        raise TypeError(f"{cls.__qualname__}: a record has plain fields only; use a dataclass")
-    made.__init__ = _init(made, members)
-    compared = [f.name for f in members if f.compare]
     own = cls.__dict__
+    names = tuple(own.get("__annotations__", ()))
+    members = [_member(cls, own.get(name, MISSING)) for name in names]
+    body = {name: value for name, value in own.items() if name not in names and name not in _PLAIN}
+    made = type(cls)(cls.__name__, (), {**body, "__slots__": names, "__match_args__": names,
+                                        "__dataclass_fields__": _Fields(cls)})
+    made.__qualname__ = cls.__qualname__
+    made.__init__ = _init(made, names, [f.default for f in members if f.default is not MISSING])
+    compared = [name for name, f in zip(names, members) if f.compare]
     if "__eq__" not in own:
         made.__eq__ = _equality(made, compared)
     if own.get("__hash__") is None:  # None: a class that says what is equal
@@ -42,15 +48,33 @@ def record(cls: _Class) -> _Class:
     return made
 
 
-def _init(made: type, members: tuple[Field, ...]) -> FunctionType:
-    names = [f.name for f in members]
+class _Fields:
+    """The fields as the standard library describes them, made for the few classes of which somebody asks them."""
+
+    def __init__(self, plain: type) -> None:
+        self.plain = plain
+
+    def __get__(self, instance: object, made: type) -> dict[str, Field]:
+        found = dataclass(init=False, repr=False, eq=False)(self.plain).__dataclass_fields__
+        made.__dataclass_fields__ = found
+        return found
+
+
+def _member(cls: type, given: object) -> Field:
+    found = given if isinstance(given, Field) else field(default=given)
+    if found.default_factory is not MISSING or not found.init or found.kw_only is True:
+        raise TypeError(f"{cls.__qualname__}: a record has plain fields only; use a dataclass")
+    return found
+
+
+def _init(made: type, names: tuple[str, ...], defaults: list[object]) -> FunctionType:
     text = "".join(f"\n    s{n}(self, f{n})" for n in range(len(names)))
     text += "\n    self.__post_init__()" if hasattr(made, "__post_init__") else "" if names else "\n    pass"
     heads = "".join(f", f{n}" for n in range(len(names)))
     sets = {f"s{n}": getattr(made, name).__set__ for n, name in enumerate(names)}
     found = _method(made, f"def __init__(self{heads}):{text}", names, sets)
-    found.__defaults__ = tuple(f.default for f in members if f.default is not MISSING)
-    found.__annotations__ = {f.name: f.type for f in members} | {"return": None}
+    found.__defaults__ = tuple(defaults)
+    found.__annotations__ = made.__annotations__ | {"return": None}
     return found
 
 
@@ -70,7 +94,7 @@ def _tuple(of: str, names: list[str]) -> str:
     return "(" + "".join(f"{of}.f{n}, " for n in range(len(names))) + ")"
 
 
-def _method(made: type, text: str, names: list[str], known: dict[str, object]) -> FunctionType:
+def _method(made: type, text: str, names: Sequence[str], known: dict[str, object]) -> FunctionType:
     """A method of a class from one that is compiled with `f0`, `f1` in place of the names of the fields."""
     code = _compiled(text)
     new = {f"f{n}": name for n, name in enumerate(names)}
@@ -102,9 +126,9 @@ def _delete(self: object, name: str) -> None:
 
 
 def _state(self: object) -> list[object]:
-    return [getattr(self, f.name) for f in fields(self)]
+    return [getattr(self, name) for name in self.__slots__]
 
 
 def _restore(self: object, state: list[object]) -> None:
-    for f, value in zip(fields(self), state, strict=True):
-        object.__setattr__(self, f.name, value)
+    for name, value in zip(self.__slots__, state, strict=True):
+        object.__setattr__(self, name, value)

@@ -33,8 +33,10 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(None, f"unknown {what} `{value}`; {hint}")
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """The parser of `ldc`. Each command is run by the module of its name beside this one."""
+def make_parser(first: str = "") -> argparse.ArgumentParser:
+    """The parser of `ldc`. Each command is run by the module of its name beside this one. When ``first``, the
+    first word of a command line, is a command, the parser knows no other: the grammars of all take as long as
+    the compile of a small program."""
     parser = _Parser(
         prog="ldc",
         description="Ladder diagrams as text: checked, compiled to proved IEC 61131-3 IL, drawn and run.",
@@ -44,7 +46,9 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", title="commands", parser_class=_Parser
     )
-    for add in (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _export, _online, _pull, _bench, _explain, _doctor):
+    adders = (_new, _check, _compile, _build, _run, _fmt, _draw, _component, _import, _export, _online, _pull,
+              _bench, _explain, _doctor)
+    for add in [add for add in adders if add.__name__ == f"_{first}"] or adders:
         add(commands)
     return parser
 

@@ -55,7 +55,7 @@ def _open_streams() -> None:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    parser = make_parser()
+    parser = make_parser(*arguments[:1])
     try:
         options = parser.parse_args(arguments)
     except SystemExit as exit:

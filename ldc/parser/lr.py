@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 from ldc.parser.tables import END, Tables
 
-Action = Callable[[list], object]
+Action = Callable[[object, list], object]
 
 
 @dataclass(frozen=True)
@@ -46,22 +46,21 @@ class Failure:
                 return True
 
 
-def bind(tables: Tables, actions: object) -> list[tuple[int, str, Action | None]]:
-    """The rules with the methods of ``actions`` that they call; None passes the child on."""
-    rules = []
-    for size, symbol, name in tables.rules:
-        rules.append((size, symbol, getattr(actions, name) if name else None))
-    return rules
+@cache
+def bind(tables: Tables, actions: type) -> list[tuple[int, str, Action | None]]:
+    """The rules with the methods of the class ``actions`` that they call; None passes the child on."""
+    return [(size, symbol, getattr(actions, name) if name else None) for size, symbol, name in tables.rules]
 
 
 def parse(
-    tables: Tables, rules: Sequence[tuple[int, str, Action | None]], start: str,
-    types: Sequence[str], first: int, end: int,
+    tables: Tables, actions: object, start: str, types: Sequence[str], first: int, end: int
 ) -> object:
     """The value of ``start`` for the tokens ``first`` to ``end`` (exclusive), or a ``Failure``.
 
-    A terminal's value is its index in ``types``; an action takes the list of its children's values.
+    A terminal's value is its index in ``types``; a method of ``actions``, by the name that the grammar gives
+    it, takes the list of its children's values.
     """
+    rules = bind(tables, type(actions))
     table = tables.actions
     final = tables.ends[start]
     states = [tables.starts[start]]
@@ -80,12 +79,12 @@ def parse(
             if make is None:
                 states.pop()
             elif size:
-                value = make(values[-size:])
+                value = make(actions, values[-size:])
                 del values[-size:]
                 del states[-size:]
                 values.append(value)
             else:
-                values.append(make([]))
+                values.append(make(actions, []))
             states.append(table[states[-1]][symbol])
             if index == end and states[-1] == final:
                 return values[-1]

@@ -33,7 +33,6 @@ class Units:
         self.lost = False
         self.statements = 0
         self._tables = tables()
-        self._rules = lr.bind(self._tables, self.builder)
 
     def parse(self, symbol: str, first: int, end: int, what: str) -> object | None:
         """The tokens ``first`` to ``end`` (exclusive) as ``symbol``; ``what`` names it in messages."""
@@ -82,7 +81,7 @@ class Units:
         self.findings.enough(first)
         if self.bad(first, end) or (end - first > MAX_DEPTH and self._too_big(first, end, what)):
             return None
-        value = lr.parse(self._tables, self._rules, symbol, self.types, first, end)
+        value = lr.parse(self._tables, self.builder, symbol, self.types, first, end)
         failed, self.builder.failed = self.builder.failed, False
         return None if failed and not isinstance(value, lr.Failure) else value
 
