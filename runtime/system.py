@@ -29,14 +29,11 @@ from runtime.processors.invariants import Snapshot
 from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
 from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import OVERRUNS, Scheduler
-from runtime.scheduler.thread import Entry, Thread, Work
+from runtime.scheduler.thread import NEVER, Entry, Thread, Work
 from runtime.slave.algorithm import Maker
 from runtime.slave.part import SlavePart
 from runtime.timing import Executions
 from runtime.units import UnitEvent
-
-_NEVER = 1 << 63
-"""A time in ns that does not come."""
 
 
 class Plant(Protocol):
@@ -54,14 +51,16 @@ class Events(Protocol):
 
 
 class _Slave:
-    """``index``: among the processors; ``due``: when its algorithms execute next, never while all rest;
+    """A slave with its threads. ``due``: when its algorithms execute next, never while all rest;
     ``period_ns``: of its algorithms."""
 
-    __slots__ = ("part", "index", "due", "period_ns")
+    __slots__ = ("part", "due", "period_ns", "emergency", "communication", "algorithm")
 
-    def __init__(self, part: SlavePart, index: int) -> None:
-        self.part, self.index, self.period_ns = part, index, part.period_ns
-        self.due = _NEVER
+    def __init__(self, part: SlavePart, emergency: Work, communication: Work, algorithm: Work) -> None:
+        self.part, self.period_ns, self.due = part, part.period_ns, NEVER
+        self.emergency = Thread("emergency", "emergency", None, emergency)
+        self.communication = Thread("communication", "communication", None, communication)
+        self.algorithm = Thread("algorithm", "algorithm", None, algorithm)
 
 
 @record
@@ -115,7 +114,7 @@ class System:
                  watchdogs: Mapping[str, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._flags = _Flags(self.shared)
-        self._plant, self._plant_ns, self._plant_due = plant, plant_ns, _NEVER if plant is None else 0
+        self._plant, self._plant_ns, self._plant_due = plant, plant_ns, NEVER if plant is None else 0
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
         self._seen = seen
@@ -124,15 +123,17 @@ class System:
         # Programs that may take over: one that is expected, or the one before.
         self._ready: dict[bool, _Deployed] = {}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
-                                 on_emergency=self._emergency, wiring=wiring, on_machine=self.follow)
+                                 on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
         self._began = self.machine.now_ns
         self._executions = None if cost is None else Executions(self.machine, cost, watchdogs or {}, self.now)
+        threads = self._emergency, self._communication, *_ = self._master_threads()
         self._slaves: list[_Slave] = []
-        for index, number in enumerate(sorted({*slaves, *(p.slave for p in placed)}), 1):
+        for number in sorted({*slaves, *(p.slave for p in placed)}):
             part = SlavePart(number, self._memory(f"slave{number}"), placed, makers, field, note, self.now,
                              seen=seen, scan_ns=self.machine.period_ns)
-            self._slaves.append(_Slave(part, index))
-        self._scheduler = Scheduler([self._master_threads(), *map(self._slave_threads, self._slaves)], log)
+            self._slaves.append(self._slave(part))
+        self._scheduler = Scheduler(
+            [threads, *((s.emergency, s.communication, s.algorithm) for s in self._slaves)], log)
 
     def _memory(self, processor: str) -> Memory:
         own = allocate(processor, self.shared)
@@ -204,13 +205,13 @@ class System:
 
     # ---- threads ---------------------------------------------------------------------------------
 
-    def _master_threads(self) -> list[Thread]:
+    def _master_threads(self) -> tuple[Thread, ...]:
         part = self.master
 
         def control(now: int) -> None:
             part.scan()
             if part.busy:
-                self._scheduler.raise_event(0, "communication")
+                self._scheduler.raise_event(self._communication)
 
         def control_in_pieces(now: int) -> Iterator[int]:
             for cost in part.pieces(self._executions.begin, self._began + now):
@@ -218,59 +219,56 @@ class System:
                     self._guard()
                 yield cost
             if part.busy:
-                self._scheduler.raise_event(0, "communication")
+                self._scheduler.raise_event(self._communication)
 
         def communication(now: int) -> None:
             part.communicate()
             for slave in self._slaves:
                 if self._flags.by_master(slave.part.number) and slave.part.wanted:
-                    self._scheduler.raise_event(slave.index, "communication")
+                    self._scheduler.raise_event(slave.communication)
 
         def overdue(now: int) -> None:
             worst = max(scan.counts.worst, now - scan.released)
             if part.overdue(TaskOverdue(OVERRUNS, scan.period_ns, worst)):
-                self._scheduler.raise_event(0, "emergency")
+                self._scheduler.raise_event(self._emergency)
 
         scan = Thread("control", "control", self.machine.period_ns,
                       control if self._executions is None else control_in_pieces, on_watchdog=overdue)
-        return [Thread("emergency", "emergency", None, lambda now: part.safety.trip()),
+        return (Thread("emergency", "emergency", None, lambda now: part.safety.trip()),
                 Thread("communication", "communication", None, communication),
-                scan, Thread("customised", "customised", None, lambda now: part.customised())]
+                scan, Thread("customised", "customised", None, lambda now: part.customised()))
 
-    def _slave_threads(self, slave: _Slave) -> list[Thread]:
-        part = slave.part
-
+    def _slave(self, part: SlavePart) -> _Slave:
         def communication(now: int) -> None:
             part.communicate()
             if self._flags.by_slave(part.number):
-                self._scheduler.raise_event(0, "communication")
-            if part.busy and slave.due == _NEVER:
+                self._scheduler.raise_event(self._communication)
+            if part.busy and slave.due == NEVER:
                 slave.due = -(-now // slave.period_ns) * slave.period_ns
                 if slave.due == now:
                     slave.due += slave.period_ns
-                    self._scheduler.raise_event(slave.index, "algorithm")
+                    self._scheduler.raise_event(slave.algorithm)
 
         def algorithm(now: int) -> None:
             if part.execute():
-                self._scheduler.raise_event(slave.index, "communication")
+                self._scheduler.raise_event(slave.communication)
 
         def powered(work: Work) -> Work:
             silences = getattr(self._plant, "silences", None)
             return work if silences is None else lambda now: None if silences(part.number) else work(now)
 
-        return [Thread("emergency", "emergency", None, powered(lambda now: part.emergency())),
-                Thread("communication", "communication", None, powered(communication)),
-                Thread("algorithm", "algorithm", None, powered(algorithm))]
+        slave = _Slave(part, powered(lambda now: part.emergency()), powered(communication), powered(algorithm))
+        return slave
 
     def _guard(self) -> None:
         """Activates the emergency thread when the emergency stop has become TRUE in the middle of a scan. A
         scan that takes no time has no middle: there it is looked at when a scan begins."""
         if self.master.safety.called():
-            self._scheduler.raise_event(0, "emergency")
+            self._scheduler.raise_event(self._emergency)
 
-    def _emergency(self) -> None:
+    def _stop_slaves(self) -> None:
         for slave in self._slaves:
-            self._scheduler.raise_event(slave.index, "emergency")
+            self._scheduler.raise_event(slave.emergency)
 
     # ---- time ------------------------------------------------------------------------------------
 
@@ -284,44 +282,33 @@ class System:
             self._guard()
         end = scheduler.now_ns + self.machine.period_ns
         while True:
-            soonest, due = _NEVER, self._plant_due
+            due, now = self._plant_due, scheduler.next_ns
+            if due < now:
+                now = due
             for slave in slaves:
-                if slave.due < soonest:
-                    soonest = slave.due
-            now = soonest if soonest < due else due
-            planned = scheduler.next_ns
-            if planned < now:
-                now = planned
+                if slave.due < now:
+                    now = slave.due
             if now >= end:
                 break
-            if due <= now:
+            if due == now:
                 plant.step(began + now, plant_ns)
-                self._plant_due = due + plant_ns
+                self._plant_due = now + plant_ns
                 if self._executions is not None:
                     scheduler.run(now)
                     self._guard()
-                    planned = scheduler.next_ns
-            released = self._released(now) if soonest <= now else ()
-            for slave in released:
-                scheduler.release_first(slave.index, "algorithm", now)
-            if planned <= now or released and scheduler.next_ns <= now:
+            for slave in slaves:
+                if slave.due == now:
+                    busy = slave.part.busy
+                    slave.due = now + slave.period_ns if busy else NEVER
+                    if busy:
+                        scheduler.release_first(slave.algorithm, now)
+            if scheduler.next_ns <= now:
                 scheduler.run(now + 1)
             if seen is not None:
                 seen(self.snapshot(now))
         scheduler.run(end)
         if self._executions is not None:
             self.machine.end()
-
-    def _released(self, now: int) -> list[_Slave]:
-        """The slaves whose algorithms execute now; their next times are set."""
-        found = []
-        for slave in self._slaves:
-            if slave.due <= now:
-                busy = slave.part.busy
-                slave.due = now + slave.period_ns if busy else _NEVER
-                if busy:
-                    found.append(slave)
-        return found
 
     def snapshot(self, now: int) -> Snapshot:
         """What there is when everything of a moment is done. ``now``: its time of the scheduler."""

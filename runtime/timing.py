@@ -109,10 +109,11 @@ class Timing:
         """One tick: what is due is activated, then time goes on to the next tick. A task by SINGLE is
         activated by an event, the others by their periods."""
         for schedule in self.machine.begin():
+            thread = self.scheduler.thread(0, schedule.task.name)
             if schedule.single is None:
-                self.scheduler.release(0, schedule.task.name)
+                self.scheduler.release(thread)
             else:
-                self.scheduler.raise_event(0, schedule.task.name)
+                self.scheduler.raise_event(thread)
         self.scheduler.run(self.machine.now_ns + self.machine.period_ns)
         self.machine.end()
 

@@ -16,7 +16,7 @@ def scheduler(processors: list[list[Spec]], log: list | None = None) -> Schedule
     def thread(spec: Spec) -> Thread:
         def work(now: int):
             if spec.raises:
-                made.raise_event(*spec.raises)
+                made.raise_event(made.thread(*spec.raises))
             return iter(spec.costs) if spec.costs else None
 
         return Thread(spec.name, spec.kind, spec.period, work, spec.budget, spec.offset, spec.priority)
@@ -31,7 +31,7 @@ def log_of(specs: list[Spec], until: int, events: dict[int, str] | None = None) 
     made = scheduler([specs], log)
     for time, name in sorted((events or {}).items()):
         made.run(time)
-        made.raise_event(0, name)
+        made.raise_event(made.thread(0, name))
     made.run(until)
     return [(e.time_ns, e.thread, e.what) for e in log]
 
@@ -81,7 +81,8 @@ def test_the_log_is_that_of_the_model(drawn) -> None:
     for time, at, name in events:
         for one in (made, model):
             one.run(time)
-            one.raise_event(at, name)
+        made.raise_event(made.thread(at, name))
+        model.raise_event(at, name)
     for one in (made, model):
         one.run(100)
     assert [tuple(entry) for entry in log] == model.log
@@ -120,9 +121,9 @@ def test_a_thread_that_is_released_first_does_what_it_does_from_the_queue(drawn,
         for time in sorted(times):
             made.run(time)
             if first:
-                made.release_first(number, "extra", time)
+                made.release_first(made.thread(number, "extra"), time)
             else:
-                made.release(number, "extra")
+                made.release(made.thread(number, "extra"))
         made.run(80)
     assert logs[0] == logs[1]
 
@@ -283,7 +284,7 @@ def test_a_piece_that_goes_on_counts_as_far_as_it_went() -> None:
     lambda: Thread("t", "customised", 10, iter), lambda: Thread("t", "control", 10, iter, priority=1 << 16),
     lambda: Scheduler([[Thread("t", "control", 10, iter), Thread("t", "control", 10, iter)]]),
     lambda: Scheduler([[Thread("t", "control", 10, lambda now: iter((-1,)))]]).run(1),
-    lambda: Scheduler([[Thread("t", "customised", None, iter)]]).raise_event(0, "t")])
+    lambda: Scheduler([[]]).raise_event(Thread("t", "customised", None, iter))])
 def test_what_is_no_thread_is_refused(wrong) -> None:
     with pytest.raises(ValueError):
         wrong()

@@ -60,7 +60,7 @@ class Scheduler:
         ids = {thread.name: n for n, thread in enumerate(threads)}
         by_period = sorted(threads, key=lambda t: (t.period_ns is None, t.period_ns or 0, ids[t.name]))
         for number, thread in enumerate(by_period):
-            thread.number = number
+            thread.number, thread.on = number, made
             if thread.period_ns is not None:
                 thread.due = thread.offset_ns
                 heappush(self._agenda, (thread.due, _PERIOD, index, number, thread, made))
@@ -82,41 +82,36 @@ class Scheduler:
 
     # ---- activation ------------------------------------------------------------------------------
 
-    def raise_event(self, processor: int, thread: str) -> None:
+    def raise_event(self, thread: Thread) -> None:
         """Activates a thread now. While it is active already, one further activation waits, others are lost
-        and counted. Raises KeyError, and ValueError for a customised thread."""
-        on = self._processors[processor]
-        wanted = on.threads[thread]
+        and counted. Raises ValueError for a customised thread."""
+        if thread.kind == "customised":
+            raise ValueError(f"thread {thread.name} follows the scan, it takes no events")
         self._end_pieces()
-        if wanted.kind == "customised":
-            raise ValueError(f"thread {thread} follows the scan, it takes no events")
-        if not wanted.active:
-            self._activate(on, wanted, self.now_ns)
-        elif wanted.pending is None:
-            wanted.pending = self.now_ns
+        if not thread.active:
+            self._activate(thread.on, thread, self.now_ns)
+        elif thread.pending is None:
+            thread.pending = self.now_ns
         else:
-            wanted.counts.lost += 1
-            self._note(on, wanted, "lost")
+            thread.counts.lost += 1
+            self._note(thread.on, thread, "lost")
 
-    def release(self, processor: int, thread: str) -> None:
+    def release(self, thread: Thread) -> None:
         """What a period does, for threads whose periods somebody else counts: activates the thread, or notes
-        that it missed a period. Raises KeyError."""
-        on = self._processors[processor]
+        that it missed a period."""
         self._end_pieces()
-        self._released(on, on.threads[thread])
+        self._released(thread.on, thread)
 
-    def release_first(self, processor: int, thread: str, now_ns: int) -> None:
+    def release_first(self, thread: Thread, now_ns: int) -> None:
         """``release`` at a time before which nothing happens, of the most urgent thread that its processor
-        gets then: it begins at once, without the queue, when nothing else of that moment goes before it.
-        Raises KeyError."""
-        on, agenda = self._processors[processor], self._agenda
-        wanted, self.now_ns = on.threads[thread], now_ns
-        if self._turns or on.busy or wanted.active or agenda and agenda[0][0] <= now_ns:
-            self._end_pieces()
-            self._released(on, wanted)
+        gets then: it begins at once, without the queue, when nothing else of that moment goes before it."""
+        on, agenda = thread.on, self._agenda
+        self.now_ns = now_ns
+        if self._turns or on.busy or thread.active or agenda and agenda[0][0] <= now_ns:
+            self.release(thread)
             return
-        wanted.active, wanted.released = True, now_ns
-        self._begin(on, wanted)
+        thread.active, thread.released = True, now_ns
+        self._begin(on, thread)
         if on.stack:
             self._turns |= 1 << on.index
 
@@ -233,16 +228,17 @@ class Scheduler:
             return
         counts, now = thread.counts, self.now_ns
         delay = now - thread.released
-        if counts.least_delay is None or delay < counts.least_delay:
+        if delay < counts.least_delay:
             counts.least_delay = delay
         if delay > counts.most_delay:
             counts.most_delay = delay
         if self.log is not None:
             self._note(on, thread, "began")
-        thread.pieces = thread.work(now)
-        if thread.pieces is None:
+        pieces = thread.work(now)
+        if pieces is None:
             self._ended(on, thread)
         else:
+            thread.pieces = pieces
             on.stack.append(thread)
 
     def _end_if_through(self, on: _Processor) -> bool:

@@ -14,6 +14,9 @@ LEVELS: dict[str, tuple[int, int]] = {
 
 MOST_PRIORITY = (1 << 16) - 1
 
+NEVER = 1 << 63
+"""A time in ns that does not come."""
+
 Work = Callable[[int], Iterator[int] | None]
 """What a thread does when it is activated, given the time: it executes and returns None (it took no time), or
 an iterator that executes one indivisible piece (a rung) at each ``next`` and yields what it cost, in ns. An
@@ -39,7 +42,7 @@ class Counts:
     executions: int = 0
     response: int = 0
     worst: int = 0
-    least_delay: int | None = None
+    least_delay: int = NEVER
     most_delay: int = 0
     busy: int = 0
     overruns: int = 0
@@ -56,7 +59,7 @@ class Counts:
     @property
     def jitter(self) -> int:
         """How much the delays differ, in ns."""
-        return self.most_delay - (self.least_delay or 0)
+        return self.most_delay - min(self.least_delay, self.most_delay)
 
 
 @dataclass(slots=True, eq=False)
@@ -81,8 +84,9 @@ class Thread:
     priority: int = 0
     on_watchdog: Callable[[int], None] | None = None
     counts: Counts = field(default_factory=Counts, init=False)
-    # What the scheduler notes. ``urgency``: level and priority; ``order``: that and the rank; ``number``:
+    # What the scheduler notes. ``on``: its processor; ``urgency``: level and priority; ``order``: that and the rank; ``number``:
     # among equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
+    on: object = field(init=False, repr=False, default=None)
     urgency: int = field(init=False, repr=False)
     order: int = field(init=False, repr=False)
     number: int = field(init=False, repr=False, default=0)
