@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
@@ -34,6 +34,9 @@ from runtime.slave.algorithm import Maker
 from runtime.slave.part import SlavePart
 from runtime.timing import Executions
 from runtime.units import UnitEvent
+
+if TYPE_CHECKING:
+    from runtime.retain_file import Entry as Retained
 
 
 class Plant(Protocol):
@@ -93,7 +96,7 @@ def _from(before: _Deployed, after: _Deployed) -> _Deployed:
     old = {p.path: p for p in before.placed}
     stays = frozenset(
         p.path for p in after.placed
-        if p.path in old and replace(old[p.path], module=p.module) == p
+        if p.path in old and replace(old[p.path], module=p.module, retain=p.retain) == p
         and same_body(before.makers[p.unit.upper()].unit, after.makers[p.unit.upper()].unit))
     return replace(after, stays=stays)
 
@@ -195,6 +198,17 @@ class System:
             connect(after.field)
         self._deployed = after
         self.master.change(running.machine, after.placed, after.stays, after.coordination)
+
+    def restore(self, kept: Mapping[str, Retained]) -> None:
+        """Before the first scan: what algorithms have retained, by path, is put back. Raises ValueError when
+        bytes are no value of their type."""
+        for slave in self._slaves:
+            slave.part.restore(kept)
+
+    def retained(self) -> Callable[[], list[Retained]]:
+        """Copies what algorithms retain, between two scans; what it gives tells it."""
+        entries = [entry for slave in self._slaves for entry in slave.part.retained()]
+        return lambda: entries
 
     def rows(self) -> tuple[Row, ...]:
         """What became of the threads so far."""
