@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from ldc import pipeline
 from ldc.cli import sanitized
 from ldc.cli.apart import apart
-from ldc.cli.attached import attached, listed
+from ldc.cli.attached import Attached, attached, listed
 from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, UsageError, is_terminal, report, say
 from ldc.cli.inputs import read
@@ -131,7 +131,8 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     scans = run_length(options, stimuli, machine)
     runner = _system if is_system(result) or options.events else _alone
     with attached(options, sources, result, machine, names) as beside, \
-            runner(options, sources, result, machine, bindings, events, cost) as (execute, rows, findings):
+            runner(options, sources, result, machine, bindings, events, cost, beside) as \
+            (execute, rows, findings):
         powers = Powers(machine, result.units) if runner is _alone and _stepped(options, sources) else None
         table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
         with displayed(options.trace, machine, names, table, file, execute) as (scan, sample):
@@ -154,7 +155,8 @@ Runner = tuple[Action, Callable[[], Iterable], Callable[[], Iterable]]
 
 @contextmanager
 def _alone(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-           bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None) -> Iterator[Runner]:
+           bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None, beside: Attached
+           ) -> Iterator[Runner]:
     """A machine without others."""
     if cost is None:
         yield machine.scan, list, lambda: machine.faults
@@ -167,7 +169,8 @@ def _alone(options: argparse.Namespace, sources: Sources, result: pipeline.Compi
 
 @contextmanager
 def _system(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-            bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None) -> Iterator[Runner]:
+            bindings: tuple[Binding, ...], events: BinaryIO | None, cost: Cost | None, beside: Attached
+            ) -> Iterator[Runner]:
     """Master, slaves and plant."""
     from ldc.cli import system as systems  # loads what a machine alone does not need
     from ldc.cli import timing as times
@@ -175,6 +178,7 @@ def _system(options: argparse.Namespace, sources: Sources, result: pipeline.Comp
     with systems.recorded(options.events, events) as record:
         watchdogs = times.watchdogs_of(machine, sources.manifest) if cost else None
         whole = systems.system(result, machine, bindings, record, cost=cost, watchdogs=watchdogs)
+        beside.join(whole)
         yield whole.scan, whole.rows, lambda: whole.findings
 
 
