@@ -8,34 +8,56 @@ the interval, the newest copy is written next and those before it are left out.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from runtime.machine import Machine
 from runtime.retain import Identity, saver
-from runtime.retain_file import Kept, Store
+from runtime.retain_file import Entry, Kept, Store
 
 Job = Callable[[], None]
 Take = Callable[[], Callable[[], Kept]]
 
 
+class Slaves(Protocol):
+    """Those whose algorithms retain something."""
+
+    def restore(self, kept: Mapping[str, Entry]) -> None:
+        """Puts back what was saved, by path."""
+
+    def retained(self) -> Callable[[], list[Entry]]:
+        """Copies what there is, between two scans; what it gives tells it, in any thread."""
+
+
 class Retaining:
     """Saves the machine that runs. ``every_ns``: of the program's time; ``beside``: in a thread.
     ``saved`` is told the scan of each save that is on the disk, ``failed`` the first that could not be made:
-    the program runs on."""
+    the program runs on. ``kept``: what was saved before the start, by path."""
 
     def __init__(self, machine: Machine, identity: Identity, store: Store, every_ns: int, beside: bool,
-                 failed: Callable[[OSError], None], saved: Callable[[int], None] = lambda scan: None) -> None:
-        self._store, self._every = store, every_ns
+                 failed: Callable[[OSError], None], saved: Callable[[int], None] = lambda scan: None, *,
+                 kept: Mapping[str, Entry] = {}) -> None:
+        self._store, self._every, self.kept = store, every_ns, kept
         self._failed, self._saved = failed, saved
         self._told, self._name, self._due = False, identity.name, machine.now_ns + every_ns
-        self._machine, self._take = machine, saver(machine, identity)
-        self._prepare: Callable[[], Take] = lambda: saver(machine, identity)
+        self._slaves: Slaves | None = None
+        self._machine, self._take = machine, saver(machine, identity, self._of_slaves)
+        self._prepare: Callable[[], Take] = lambda: saver(machine, identity, self._of_slaves)
         self._writer = _Writer() if beside else None
+
+    def join(self, slaves: Slaves) -> None:
+        """Algorithms of slaves get what they have retained, and are saved with the rest from now on."""
+        slaves.restore(self.kept)
+        self._slaves = slaves
+
+    def _of_slaves(self) -> Callable[[], list[Entry]]:
+        return list if self._slaves is None else self._slaves.retained()
 
     def follow(self, machine: Machine, program: str, layout: Callable[[], str]) -> None:
         """Another program goes on with the state. What is to be copied of it is found beside the scans."""
         self._machine, self._take = machine, None
-        self._prepare = prepare = lambda: saver(machine, Identity(self._name, program, layout))
+        self._prepare = prepare = lambda: saver(
+            machine, Identity(self._name, program, layout), self._of_slaves)
         if self._writer is None:
             self._take = prepare()
         else:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ldc import pipeline
 from ldc.cli.console import UsageError, say
-from ldc.cli.output import write_file
+from ldc.cli.output import write_result
 from ldc.diagnostics import Invalid
 from ldc.il import image as il_image
 from ldc.manifest import Sources
@@ -25,7 +25,7 @@ from runtime.symbols import UnknownSymbol
 
 if TYPE_CHECKING:
     from runtime.online.controller import Loaded
-    from runtime.retaining import Retaining
+    from runtime.retaining import Retaining, Slaves
 
 BEFORE, AFTER = 100, 200
 """Rows of a trace ring when nothing says it."""
@@ -44,6 +44,11 @@ class Attached:
             self.retaining.scanned()
         if self.ring is not None:
             self.ring.sample()
+
+    def join(self, slaves: Slaves) -> None:
+        """Before the first scan: algorithms of slaves retain too."""
+        if self.retaining is not None:
+            self.retaining.join(slaves)
 
     def follow(self, running: Loaded) -> None:
         self.machine = running.machine
@@ -103,7 +108,7 @@ def attached(options: argparse.Namespace, sources: Sources, result: pipeline.Com
 
             raise Invalid([unreachable("write", path, error)]) from error
     if made.ring is not None:
-        _write(made.ring, Path(options.ring))
+        _write(made.ring, options.ring)
     rows = made.machine.forces.rows
     if rows:
         say(visible("still forced: " + ", ".join(f"{row.path} = {row.shown}" for row in rows)))
@@ -143,11 +148,11 @@ def force(machine: Machine, text: str | None) -> None:
         raise Invalid(against)
 
 
-def _write(ring: Ring, path: Path) -> None:
+def _write(ring: Ring, target: str) -> None:
     if ring.event is None:
         why = "its variable is gone" if ring.lost else "the trigger did not come"
         say(f"ring: {why}, nothing is written")
         return
-    write_file(path, ring.csv().encode())
+    write_result(ring.csv(), target)
     early = "" if ring.done else ", the run ended early"
     say(f"ring: triggered in scan {ring.event}, {plural(len(ring.rows), 'row')}{early}")

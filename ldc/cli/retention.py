@@ -15,7 +15,7 @@ from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.machine import Machine
-from runtime.retain import Identity, leaves, restore
+from runtime.retain import Identity, Leaf, leaves, restore
 from runtime.retain_file import Kept, Store, unreachable
 from runtime.retaining import Retaining
 
@@ -28,7 +28,7 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
           path: Path, beside: bool) -> Retaining:
     """Gives the machine its retained values as `--start` says, and what saves them. ``beside``: scans do not
     wait for the disk. Raises Invalid when the file cannot be used; it is as it was then."""
-    store = Store(path)
+    store, kept = Store(path), None
     found = Diagnostics()
     identity = Identity(name_of(sources), result.image.digest, lambda: result.image.layout.digest)
     if path.is_dir():
@@ -46,15 +46,27 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
             store.load(Diagnostics())
     else:
         kept = store.load(found)
-        if kept is not None:
-            _restore(machine, kept, path, found)
+    remote = _remote(result)
+    if kept is not None:
+        _restore(machine, kept, remote, path, found)
     report(found)
-    if not leaves(machine.layout):
+    if not leaves(machine.layout) and not remote:
         say("note: no variable of the program is RETAIN")
     manifest = sources.manifest
     every = options.retain_every or (manifest.retain_every if manifest else None) or EVERY
     return Retaining(machine, identity, store, every, beside,
-                     lambda error: report([unreachable("write", path, error)]))
+                     lambda error: report([unreachable("write", path, error)]),
+                     kept={entry.path: entry for entry in kept.entries} if kept is not None else {})
+
+
+def _remote(result: pipeline.Compiled) -> tuple[Leaf, ...]:
+    """What algorithms retain on their slaves."""
+    if not result.program.algorithms:
+        return ()
+    from ldc.cli.system import placement  # most projects have no slaves
+    from runtime.slave.retained import of_program
+
+    return of_program(result.program, placement(result))
 
 
 def _check_ours(store: Store) -> None:
@@ -77,9 +89,9 @@ def _reason(folder: Path) -> OSError:
     return OSError(number, os.strerror(number))
 
 
-def _restore(machine: Machine, kept: Kept, path: Path, found: Diagnostics) -> None:
+def _restore(machine: Machine, kept: Kept, remote: tuple[Leaf, ...], path: Path, found: Diagnostics) -> None:
     try:
-        told = restore(machine, kept)
+        told = restore(machine, kept, remote)
     except ValueError as error:
         raise Invalid([_foreign(path, kept, str(error))]) from error
     if told.dropped and not told.kept:

@@ -20,6 +20,7 @@ from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
 from ldc.cli.run import is_system, run_length, start, stimuli_of, watched
+from ldc.cli.run_options import shows
 from ldc.cli.watching import ChangeLines
 from ldc.il.external import Binding
 from ldc.manifest import Sources
@@ -55,13 +56,14 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources),
                     systems.together(result))
     controller = Controller(loaded)
-    with _observed(options.trace, machine, names, file) as observer, \
+    with _observed(options, machine, names, file) as observer, \
             _served(options, sources, controller) as server, _ended() as ended, \
             attached(options, sources, result, machine, names, beside=True) as beside, \
             systems.recorded(options.events, events) as record:
         system = None
         if is_system(result) or options.events:
             system = systems.system(result, controller, bindings, record)
+            beside.join(system)
             controller.expect = system.expect
             server.waits = lambda: waits.text if (waits := system.master.waits) is not None else ""
         scan = controller.scan if system is None else system.scan
@@ -100,12 +102,15 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
 
 
 @contextmanager
-def _observed(trace: str | None, machine: Machine, names: tuple[str, ...], file: BinaryIO | None
+def _observed(options: argparse.Namespace, machine: Machine, names: tuple[str, ...], file: BinaryIO | None
               ) -> Iterator[Observer]:
-    if trace in (None, "-"):
-        yield ChangeLines(machine, names, sys.stdout) if trace is None else Trace(machine, names, sys.stdout)
+    if options.trace is None:
+        yield ChangeLines(machine, names if shows(options) else (), sys.stdout)
         return
-    with replacing(Path(trace)) if file is None else nullcontext(file) as opened:
+    if options.trace == "-":
+        yield Trace(machine, names, sys.stdout)
+        return
+    with replacing(Path(options.trace)) if file is None else nullcontext(file) as opened:
         text = io.TextIOWrapper(opened, encoding="utf-8", newline="")
         yield Trace(machine, names, text)
         text.flush()

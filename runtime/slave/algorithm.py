@@ -6,7 +6,7 @@ pins are words of the field, read before an execution and written after it (docs
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Protocol
 
 from ldc.expr import Place
@@ -20,8 +20,9 @@ from ldc.types import BOOL, Instance, blocks_in
 from runtime.faults import Fault
 from runtime.field import Field
 from runtime.layout import lay_out
+from runtime.symbols import Symbol
 from runtime.vm.machine import Machine
-from runtime.vm.memory import Memory
+from runtime.vm.memory import Memory, inside, put_inside
 
 NOT_A_NUMBER, OUT_OF_RANGE = 6, 7
 """What ``error`` becomes for a local input that is no number, or outside of its range (SPEC 2.4)."""
@@ -63,6 +64,12 @@ class Algorithm(Protocol):
 
     def safe(self) -> None:
         """Local outputs get their initial values."""
+
+    def values(self, symbols: Sequence[Symbol]) -> list[object]:
+        """Values of its memory; a symbol without keys is its clock, in ns."""
+
+    def put(self, values: Iterable[tuple[Symbol, object]]) -> None:
+        """Writes to its memory, before the first execution."""
 
 
 @record
@@ -123,7 +130,7 @@ class NativeAlgorithm:
     """The entry of a component in C or C++, called on its three structures."""
 
     __slots__ = ("error", "_entry", "_given", "_made", "_kept", "_bytes", "_before", "_names", "_values",
-                 "_reads", "_writes", "_fed", "_enabled", "_owned")
+                 "_reads", "_writes", "_fed", "_enabled", "_owned", "_unit", "_instance")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -140,6 +147,7 @@ class NativeAlgorithm:
         if binding.size:
             library.ldc_memory = memory
         fresh = Memory(lay_out(program)).fresh(Instance(unit.name))
+        self._unit, self._instance = unit, fresh
         for structure, part in ((self._given, "in"), (self._made, "out"), (self._kept, "state")):
             for v in c_types.members(unit)[part]:
                 external.to_c(v.name, v.type)(structure, fresh)
@@ -198,6 +206,27 @@ class NativeAlgorithm:
         for write, name, initial in self._writes:
             setattr(self._made, name, initial)
             write(initial)
+
+    def values(self, symbols: Sequence[Symbol]) -> list[object]:
+        from runtime.vm import external
+
+        for structure, v in self._lasting():
+            external.from_c(v.name, v.type)(structure, self._instance)
+        return [inside(self._instance, symbol.keys) for symbol in symbols]
+
+    def put(self, values: Iterable[tuple[Symbol, object]]) -> None:
+        from runtime.vm import external
+
+        for symbol, value in values:
+            put_inside(self._instance, symbol.keys, value)
+        for structure, v in self._lasting():
+            external.to_c(v.name, v.type)(structure, self._instance)
+
+    def _lasting(self) -> Iterator[tuple[object, Variable]]:
+        """What lives from one execution to the next, and the structure that it is in."""
+        members = c_types.members(self._unit)
+        yield from ((self._made, v) for v in members["out"])
+        yield from ((self._kept, v) for v in members["state"])
 
 
 class UnitAlgorithm:
@@ -266,3 +295,14 @@ class UnitAlgorithm:
         for write, symbol, initial in self._writes:
             self._machine.assign(symbol, initial)
             write(initial)
+
+    def values(self, symbols: Sequence[Symbol]) -> list[object]:
+        machine = self._machine
+        return [machine.value(symbol) if symbol.keys else machine.now_ns for symbol in symbols]
+
+    def put(self, values: Iterable[tuple[Symbol, object]]) -> None:
+        for symbol, value in values:
+            if symbol.keys:
+                self._machine.assign(symbol, value)
+            else:
+                self._machine.now_ns = value

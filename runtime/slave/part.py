@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import gcd
+from typing import TYPE_CHECKING
 
 from ldc.il.areas import PROCESSORS
 from ldc.il.placement import Placed
@@ -51,6 +52,9 @@ from runtime.protocol.sender import Fault
 from runtime.slave.algorithm import NOT_A_NUMBER, NO_ERROR, AlgorithmFault, Maker
 from runtime.slave.slot import Slot, executing
 from runtime.units import UnitEvent
+
+if TYPE_CHECKING:
+    from runtime.retain_file import Entry
 
 _TICK = 1_000_000
 """Nanoseconds of a period of P."""
@@ -96,7 +100,7 @@ class SlavePart:
         for p in (p for p in placed if p.slave == self.number):
             old, maker = before.get(p.path.upper()), makers[p.unit.upper()]
             if old is not None and old.goes_on(p, maker):
-                old.placed = p
+                old.placed, old.leaves = p, None
                 found.append(before.pop(p.path.upper()))
             else:
                 found.append((p, maker))
@@ -111,6 +115,27 @@ class SlavePart:
                  clear_periods=self._ack_periods)
             for to_slave in (False, True))
         return Slot(p, maker, self.field, Endpoint(self.memory.shared, out, into, Situation()), self.memory)
+
+    # ---- what is retained ----------------------------------------------------------------------------
+
+    def retained(self) -> list[Entry]:
+        """What the algorithms retain, as a save has it: between two periods."""
+        return [entry for slot in self._slots for entry in self._saved(slot)]
+
+    def _saved(self, slot: Slot) -> list[Entry]:
+        from runtime.slave import retained  # most projects retain nothing on slaves
+
+        if slot.leaves is None:
+            slot.leaves = retained.leaves(slot.maker, slot.placed)
+        return retained.saved(slot.algorithm, slot.leaves)
+
+    def restore(self, kept: Mapping[str, Entry]) -> None:
+        """Puts back what was saved, by path, before the first START. Raises ValueError when bytes are no value
+        of their type."""
+        from runtime.slave import retained
+
+        for slot in self._slots:
+            retained.put_back(slot.algorithm, retained.leaves(slot.maker, slot.placed), kept)
 
     @property
     def period_ns(self) -> int:
@@ -210,10 +235,19 @@ class SlavePart:
             self._move(SlaveEvent.RESET)
             for other in self._slots:
                 if other.faulty:
-                    other.algorithm, other.faulty = other.maker(other.placed, self.field), False
+                    self._made_anew(other)
                 if other.state is State.ERROR:
                     other.error = 0
                     other.enter(follow(ALGORITHM, other.state, (AlgorithmEvent.CLEAR,)))
+
+    def _made_anew(self, slot: Slot) -> None:
+        """After a fault, as in a warm restart: initial values but for what is retained."""
+        kept = {entry.path: entry for entry in self._saved(slot)}
+        slot.algorithm, slot.faulty = slot.maker(slot.placed, self.field), False
+        if kept:
+            from runtime.slave import retained
+
+            retained.put_back(slot.algorithm, slot.leaves, kept)
 
     def _link_fails(self, slot: Slot) -> None:
         """The master does not take the feedback: nobody watches what is executed here."""

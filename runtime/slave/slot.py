@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from ldc.il.areas import areas
 from ldc.il.placement import Placed, PlacedPin, same_body
@@ -15,6 +16,9 @@ from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import Envelope
 from runtime.protocol.memory import Memory, bit
 from runtime.slave.algorithm import Maker
+
+if TYPE_CHECKING:
+    from runtime.retain import Leaf
 
 _F32 = 3.4028235677973366e38
 """From here on a number is infinite when it is rounded to 32 bits."""
@@ -31,10 +35,11 @@ class Slot:
     """``live``: it was started and has not ended; ``begun``: it has been executed since; ``first``: the next
     execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer
     whose parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made
-    anew. ``tell``: feedback is to go out, ``sent`` what went out last."""
+    anew. ``tell``: feedback is to go out, ``sent`` what went out last. ``leaves``: what it retains, when
+    somebody has asked."""
 
     __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last",
-                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "_memory", "_taken",
+                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "leaves", "_memory", "_taken",
                  "_fed", "_values", "_afs")
 
     def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory
@@ -46,6 +51,7 @@ class Slot:
         self.due = self.last = self.seq = self.error = 0
         self.state = State.IDLE
         self.sent: tuple = ()
+        self.leaves: tuple[Leaf, ...] | None = None
         self._memory, self._afs = memory, bit(_AFS + 2 * placed.slot)
         self._taken, self._fed = of_p(placed.aid, placed.parameters), of_p(placed.aid, placed.feedback)
         self._values: dict[int, float] = {}

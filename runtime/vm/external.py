@@ -36,8 +36,8 @@ def call(
     library = ffi.dlopen(str(binding.library))
     parts = c_types.members(unit)
     fill = [to_c(v.name, v.type) for v in parts["in"]]
-    out = [(to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["out"]]
-    state = [(to_c(v.name, v.type), _from_c(v.name, v.type)) for v in parts["state"]]
+    out = [(to_c(v.name, v.type), from_c(v.name, v.type)) for v in parts["out"]]
+    state = [(to_c(v.name, v.type), from_c(v.name, v.type)) for v in parts["state"]]
     given, taken, kept = ffi.new("ldc_in *"), ffi.new("ldc_out *"), ffi.new("ldc_state *")
     memory = ffi.new("unsigned char[]", max(binding.size, 1))
     reads = [_window(ffi, memory, s, namespace, homes) for s in binding.shared]
@@ -93,7 +93,7 @@ def to_c(name: str, type_: Type) -> Callable[[object, object], None]:
     return copy
 
 
-def _from_c(name: str, type_: Type) -> Callable[[object, object], None]:
+def from_c(name: str, type_: Type) -> Callable[[object, object], None]:
     attribute, member = slot(name), c_types.member(name)
     value = _getter(type_)
 

@@ -6,7 +6,7 @@ arrays flat row-major lists, structures and instances objects of a class with ``
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from struct import Struct as Packer
 
@@ -14,7 +14,7 @@ from ldc.il.program import Unit
 from ldc.symbols import Location
 from ldc.types import Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Packed, slot
-from runtime.symbols import Symbol
+from runtime.symbols import Key, Symbol
 
 _FORMAT = {("int", 8): "<b", ("int", 16): "<h", ("int", 32): "<i", ("int", 64): "<q",
            ("real", 32): "<f", ("real", 64): "<d", ("time", 64): "<q"}
@@ -196,10 +196,15 @@ def write(namespace: dict[str, object], home: Home, value) -> None:
 
 def get(namespace: dict[str, object], symbol: Symbol):
     """The value of a scalar now, as the machine keeps it."""
-    value = read(namespace, symbol.home)
-    for key in symbol.keys:
-        value = getattr(value, key) if isinstance(key, str) else value[key]
+    value = inside(read(namespace, symbol.home), symbol.keys)
     return value if symbol.bit is None else bool(value >> symbol.bit & 1)
+
+
+def inside(value, keys: Sequence[Key]):
+    """A part of an instance, structure or array."""
+    for key in keys:
+        value = getattr(value, key) if isinstance(key, str) else value[key]
+    return value
 
 
 def put(namespace: dict[str, object], symbol: Symbol, value) -> None:
@@ -210,11 +215,13 @@ def put(namespace: dict[str, object], symbol: Symbol, value) -> None:
     if not symbol.keys:
         write(namespace, symbol.home, value)
         return
-    owner = read(namespace, symbol.home)
-    for key in symbol.keys[:-1]:
-        owner = getattr(owner, key) if isinstance(key, str) else owner[key]
-    last = symbol.keys[-1]
-    if isinstance(last, str):
+    put_inside(read(namespace, symbol.home), symbol.keys, value)
+
+
+def put_inside(owner, keys: Sequence[Key], value) -> None:
+    """Writes a part of an instance, structure or array."""
+    owner = inside(owner, keys[:-1])
+    if isinstance(last := keys[-1], str):
         setattr(owner, last, value)
     else:
         owner[last] = value
