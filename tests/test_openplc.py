@@ -298,6 +298,31 @@ def test_a_project_in_a_folder(tmp_path: Path) -> None:
         assert Machine(result.program).period_ns == 50_000_000
 
 
+def test_words_do_not_lie_on_bits(tmp_path: Path) -> None:
+    """Bits and words are apart in that runtime, also when other files declare them."""
+    shared = [entry("level", "INT", location="%QW0"), entry("far", "INT", location="%QW3")]
+    (tmp_path / "pous" / "programs").mkdir(parents=True)
+    (tmp_path / "project.json").write_text(project(variables=shared, tasks=[task("t")], instances=[
+        {"name": "i", "task": "t", "program": "main"}]))
+    text = """PROGRAM main
+    VAR
+      go : BOOL AT %IX0.0; lamp : BOOL AT %QX0.0; input : INT AT %IW0; direct : INT AT %IW7;
+    END_VAR
+    VAR_EXTERNAL level, far : INT; END_VAR
+    lamp := go; level := input; go := FALSE; far := WORD_TO_INT(%IW7); END_PROGRAM"""
+    (tmp_path / "pous" / "programs" / "main.st").write_text(text)
+    result = compile_paths([str(tmp_path)])
+    assert sorted(said(result)) == [
+        "LD0149 `go` is the input %IX0.0, and the program writes it",
+        "LD0155 `level` at %QW0 would lie on narrower variables here"]
+    places = {v.name: v.location for file in result.project.files
+              for block_ in (*file.globals, *(b for p in file.pous for b in p.var_blocks))
+              for v in block_.variables if v.location}
+    assert places == {"level": "%QW4", "far": "%QW3", "lamp": "%QX0.0", "input": "%IW0", "direct": "%IW7"}
+    assert [(r.kind, r.what, r.into) for f in result.project.files for r in f.remarks] == [
+        ("mapped", "level AT %QW0", "AT %QW4"), ("left out", "the address %IX0.0 of go", "the program writes it")]
+
+
 def test_bodies_in_other_languages_are_named(tmp_path: Path) -> None:
     (tmp_path / "pous/programs").mkdir(parents=True)
     (tmp_path / "project.json").write_text(project([pou("program", "s", "sfc", "")]))

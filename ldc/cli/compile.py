@@ -14,7 +14,7 @@ from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.graph.dump import graph_dot, graph_text, tree_text
 from ldc.il.text import print_program
-from ldc.parser import ast, parse_file
+from ldc.parser import ast, parse_files
 from ldc.parser.statements import StatementBody
 
 
@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     sources = read(options.sources)
     if options.emit == "ast":
         diagnostics = Diagnostics()
-        files = tuple(parse_file(file, diagnostics) for file in sources.files)
+        files = parse_files(sources.files, diagnostics)
         if diagnostics.has_errors:
             raise Invalid(diagnostics)
         write_result(dump(ast.Project(files)), options.output)

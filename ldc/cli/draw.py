@@ -24,7 +24,7 @@ from ldc.draw import (
     rung_text,
 )
 from ldc.model import resolve
-from ldc.parser import ast, parse_file
+from ldc.parser import ast, parse_files
 from ldc.parser.sfc import SfcBody
 
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     """What parses is drawn, also when other parts have errors: a drawing helps to find them."""
     diagnostics = Diagnostics()
     sources = read([options.source])
-    project = ast.Project(tuple(parse_file(file, diagnostics) for file in sources.files))
+    project = ast.Project(parse_files(sources.files, diagnostics))
     # Which pins a block has is all that a drawing needs to know of the model; `ldc check` is for the rest.
     signatures = resolve(project, Diagnostics(), sources.settings).signatures
     status = report(diagnostics, Locator(project.files, pins_from(signatures)))

@@ -17,19 +17,22 @@ from ldc.source import SourceFile, Span
 @record
 class Format:
     """``name`` as people call it; ``suffixes`` (lower case) that its files usually have. ``position``: of
-    the drawn element that begins at a span, in words; None when the line says it."""
+    the drawn element that begins at a span, in words; None when the line says it. ``settled``: the files of
+    one project, changed by what only all of them tell."""
 
     name: str
     suffixes: tuple[str, ...]
     recognises: Callable[[SourceFile], bool]
     read: Callable[[SourceFile, Diagnostics], ast.File]
     position: Callable[[Span], str] | None = None
+    settled: Callable[[tuple[ast.File, ...], Diagnostics], tuple[ast.File, ...]] | None = None
 
 
 FORMATS: tuple[Format, ...] = (
     Format("L5X", (".l5x",), l5x.recognises, l5x.read),
     Format("PLCopen XML", (".xml",), plcopen.is_xml, plcopen.read, plcopen.position),
-    Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read, openplc.position),
+    Format("OpenPLC", (".ld", ".fbd", ".json"), openplc.is_openplc, openplc.read, openplc.position,
+           openplc.settled),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
     Format("ClassicLadder", (".clp", ".clprj"), classicladder.recognises, classicladder.read),
     Format("MELSEC", (".il",), melsec.is_list, melsec.read),
@@ -46,6 +49,16 @@ _TEXTS = (".ld", ".il")
 def format_of(source: SourceFile) -> Format | None:
     """The foreign format of a source, None for the text languages of this project."""
     return next((format for format in FORMATS if format.recognises(source)), None)
+
+
+def settled(files: tuple[ast.File, ...], diagnostics: Diagnostics) -> tuple[ast.File, ...]:
+    """All files of a project, those of each format as they are together."""
+    for format in FORMATS:
+        own = [at for at, file in enumerate(files) if format.settled and format.recognises(file.source)]
+        if own:
+            made = dict(zip(own, format.settled(tuple(files[at] for at in own), diagnostics), strict=True))
+            files = tuple(made.get(at, file) for at, file in enumerate(files))
+    return files
 
 
 def named(source: SourceFile) -> tuple[Format, ...]:

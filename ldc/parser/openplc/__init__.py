@@ -7,7 +7,7 @@ from ldc.parser import ast
 from ldc.parser.openplc.known import kind_of, position
 from ldc.source import SourceFile
 
-__all__ = ["is_openplc", "position", "read"]
+__all__ = ["is_openplc", "position", "read", "settled"]
 
 
 def is_openplc(source: SourceFile) -> bool:
@@ -21,3 +21,10 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
 
     reader = project if kind_of(source) == "project" else pou
     return reader.read(source, diagnostics)
+
+
+def settled(files: tuple[ast.File, ...], diagnostics: Diagnostics) -> tuple[ast.File, ...]:
+    """The files of one project, with what only all of them together tell."""
+    from ldc.parser.openplc import together
+
+    return together.settled(files, diagnostics)

@@ -6,6 +6,7 @@ import re
 
 from ldc.source import SourceFile, Span
 
+FORMAT = "OpenPLC"
 _PROJECT = re.compile(r'\s*\{\s*"(?:meta|data)"\s*:')
 DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
 """The JSON of a drawing, behind the declarations of its POU."""

@@ -11,14 +11,13 @@ from ldc.parser.findings import TooMany
 from ldc.parser.foreign import Reading
 from ldc.parser.lexer import SECTIONS, Tokens, lex
 from ldc.parser.openplc.drawing import Drawings
-from ldc.parser.openplc.known import DRAWN
+from ldc.parser.openplc.known import DRAWN, FORMAT
 from ldc.parser.openplc.types import plain_pou
 from ldc.parser.openplc.values import JsonText
 from ldc.parser.plcopen.guarded import Additions, Pins, added, pins_of, retype
 from ldc.parser.reader import POUS, Reader
 from ldc.source import SourceFile, Span
 
-FORMAT = "OpenPLC"
 _HYBRID = {".py": "Python", ".cpp": "C++"}
 
 

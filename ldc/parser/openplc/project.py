@@ -14,7 +14,8 @@ from ldc.parser.findings import TooMany
 from ldc.parser.foreign import Reading
 from ldc.parser.openplc.declarations import Declarations
 from ldc.parser.openplc.drawing import Drawings
-from ldc.parser.openplc.pou import FORMAT, additions, drawn_pou, interface
+from ldc.parser.openplc.known import FORMAT
+from ldc.parser.openplc.pou import additions, drawn_pou, interface
 from ldc.parser.openplc.types import plain_pou, plain_section, plain_type
 from ldc.parser.openplc.values import JsonText, Value
 from ldc.parser.plcopen.guarded import Pins

@@ -8,7 +8,7 @@ addresses open (`%I*`), or name channels of devices (`%IX0.1.2`); such a variabl
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from ldc.parser import ast
@@ -18,7 +18,9 @@ from ldc.parser.plcopen import findings
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.(\d))?\Z")
 _BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
 _NO_CODE = re.compile(
-    r"""\saddress\s*=\s*["'][^"'<]*["']|<(comment|documentation)[\s>].*?</\1\s*>|\(\*.*?\*\)""", re.DOTALL)
+    r"""\saddress\s*=\s*["'][^"'<]*["']|<(comment|documentation)[\s>].*?</\1\s*>|\(\*.*?\*\)"""
+    r"""|\bAT\s+%[\w.*]+|"(?:location|documentation|comment)"\s*:\s*"(?:[^"\\]|\\.)*\"""",
+    re.DOTALL | re.IGNORECASE)
 _OPEN = re.compile(r"%[IQM][XBWDL]?(?:\*|\d+(?:\.\d+)+)\Z")
 _APART = re.compile(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
 _HEAD = 2_000
@@ -31,10 +33,15 @@ Blocks = tuple[ast.VarBlock, ...]
 
 def mended(blocks: Iterable[Blocks], reading: Reading) -> Callable[[Blocks], Blocks]:
     """What makes the sections of a file right; ``blocks`` are all of them."""
-    found = [v for group in blocks for block in group for v in block.variables if v.location]
-    moved: dict[str, str] = {}
-    if found and _APART.search(reading.source.text, 0, _HEAD):
-        moved = _moves({v.location for v in found}, reading.source.text)
+    found = {v.location for group in blocks for block in group for v in block.variables if v.location}
+    if not found:
+        return lambda group: group
+    apart = _APART.search(reading.source.text, 0, _HEAD) is not None
+    return changed(moves(found, [reading.source.text]) if apart else {}, reading)
+
+
+def changed(moved: Mapping[str, str], reading: Reading) -> Callable[[Blocks], Blocks]:
+    """What gives variables their new addresses, and takes those that name no place."""
 
     def variable(declared: ast.VarDecl) -> ast.VarDecl:
         place = declared.location
@@ -54,7 +61,7 @@ def mended(blocks: Iterable[Blocks], reading: Reading) -> Callable[[Blocks], Blo
         return tuple(replace(block, variables=tuple(map(variable, block.variables)))
                      if any(v.location for v in block.variables) else block for block in group)
 
-    return sections if found else lambda group: group
+    return sections
 
 
 def _without(place: str) -> bool:
@@ -64,9 +71,9 @@ def _without(place: str) -> bool:
     return match[1] == "M" and int(match[3]) * max(_BYTES[match[2] or "X"], 1) >= _FAR
 
 
-def _moves(places: set[str | None], text: str) -> dict[str, str]:
+def moves(places: Iterable[str | None], texts: Iterable[str]) -> dict[str, str]:
     """Where what overlaps with something narrower goes: behind all the rest of its area, in order. An
-    address that stands in the text itself stays, for both must be the same."""
+    address that stands in the code of a text itself stays, for both must be the same."""
     spans: dict[str, tuple[str, str, int, int]] = {}
     for place in places:
         match = _ADDRESS.match(place or "")
@@ -93,5 +100,6 @@ def _moves(places: set[str | None], text: str) -> dict[str, str]:
                 if place not in moved:
                     taken.update(range(start, start + width))
             at += len(same)
-    bare = {found.upper() for found in _BARE.findall(_NO_CODE.sub("", text))} if moved else set()
+    bare = {found.upper() for text in (texts if moved else ())
+            for found in _BARE.findall(_NO_CODE.sub("", text))}
     return {place: to for place, to in moved.items() if place not in bare}
