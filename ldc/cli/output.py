@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import stat
@@ -25,6 +26,23 @@ def write_result(data: str | bytes, target: str | None) -> None:
     else:
         sys.stdout.flush()
         sys.stdout.buffer.write(data)
+
+
+def writable(path: Path) -> None:
+    """Raises Failure when `write_file` would, as far as the folder tells it: before work that ends with a
+    result."""
+    folder = path.parent
+    number = 0
+    if not folder.exists():
+        number = errno.ENOENT
+    elif path.is_dir():
+        number = errno.EISDIR
+    elif not folder.is_dir():
+        number = errno.ENOTDIR
+    elif not os.access(path if path.exists() and not path.is_file() else folder, os.W_OK):
+        number = errno.EACCES
+    if number:
+        raise Failure(f"cannot write `{path}`: {os.strerror(number)}")
 
 
 def write_file(path: Path, data: bytes) -> None:

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from ldc import pipeline
-from ldc.cli import sanitized
+from ldc.cli import run_options, sanitized
 from ldc.cli.apart import apart
 from ldc.cli.attached import Attached, attached, listed
 from ldc.cli.compiling import compiled, locator, native_code
-from ldc.cli.console import Failure, UsageError, is_terminal, report, say
+from ldc.cli.console import Failure, UsageError, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
 from ldc.cli.powers import Powers
@@ -44,7 +44,7 @@ Action = Callable[[], None]
 
 def run(options: argparse.Namespace) -> int:
     """Status 1 when a task was stopped by a fault; the scans after it are still run and traced."""
-    _check_options(options)
+    run_options.check(options)
     if options.target:
         from ldc.cli import run_firmware  # loads what only firmware needs
 
@@ -68,40 +68,14 @@ def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
     return nullcontext() if target in (None, "-") else replacing(Path(target))
 
 
-def _check_options(options: argparse.Namespace) -> None:
-    """Raises UsageError for options that mean nothing together."""
-    if options.online and options.target:
-        raise UsageError("--online changes a program on this computer, not on a --target")
-    beside = {"--retain": options.retain, "--start": options.start, "--force": options.force,
-              "--ring": options.ring}
-    for name, value in beside.items():
-        if value and options.target:
-            raise UsageError(f"{name} is for a run on this computer, not on a --target")
-    given = {"--no-wait": options.no_wait, "--socket": options.socket, "--audit": options.audit}
-    alone = [name for name, value in given.items() if value and not options.online]
-    if alone:
-        raise UsageError(f"{alone[0]} goes with --online")
-    if options.timing and (options.online or options.target or options.realtime):
-        raise UsageError(
-            "--timing tells of virtual time, which neither --online, --realtime nor a --target has")
-    if options.realtime and (options.online or options.target):
-        raise UsageError("--realtime runs on this computer, and without --online, which keeps time by itself")
-    if options.plot and not options.realtime:
-        raise UsageError("--plot goes with --realtime")
-
-
 def _stepped(options: argparse.Namespace, sources: Sources) -> bool:
     """Whether scans with a picture go step by step: not those that take virtual time."""
-    return _live(options) and options.engine == "vm" and not _takes_time(options, sources)
+    return run_options.live(options) and options.engine == "vm" and not _takes_time(options, sources)
 
 
 def _takes_time(options: argparse.Namespace, sources: Sources) -> bool:
     """Whether executions take virtual time."""
     return sources.manifest is not None and sources.manifest.cost is not None and not options.realtime
-
-
-def _live(options: argparse.Namespace) -> bool:
-    return options.trace is None and is_terminal(sys.stdout)
 
 
 def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, beat: Action,
@@ -134,8 +108,8 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
             runner(options, sources, result, machine, bindings, events, cost, beside) as \
             (execute, rows, findings):
         powers = Powers(machine, result.units) if runner is _alone and _stepped(options, sources) else None
-        table = LiveTable(machine, names, scans, powers, execute) if _live(options) else None
-        with displayed(options.trace, machine, names, table, file, execute) as (scan, sample):
+        table = LiveTable(machine, names, scans, powers, execute) if run_options.live(options) else None
+        with displayed(options, machine, names, table, file, execute) as (scan, sample):
             beat()
             for _ in range(scans):
                 stimuli.apply(machine)
@@ -285,7 +259,7 @@ def run_length(options: argparse.Namespace, stimuli: Stimuli, machine: Machine) 
 
 @contextmanager
 def displayed(
-    trace: str | None, machine: Machine, names: tuple[str, ...], table: LiveTable | None,
+    options: argparse.Namespace, machine: Machine, names: tuple[str, ...], table: LiveTable | None,
     opened: BinaryIO | None = None, execute: Action | None = None,
 ) -> Iterator[tuple[Action, Action]]:
     """How a scan is run, and what is done after each. `execute`: a scan, when not that of the machine."""
@@ -293,13 +267,13 @@ def displayed(
     if table is not None:
         with table:
             yield table.scan, table.sample
-    elif trace == "-":
+    elif options.trace == "-":
         yield execute, Trace(machine, names, sys.stdout).sample
-    elif trace:
-        with replacing(Path(trace)) if opened is None else nullcontext(opened) as file:
+    elif options.trace:
+        with replacing(Path(options.trace)) if opened is None else nullcontext(opened) as file:
             text = io.TextIOWrapper(file, encoding="utf-8", newline="")
             yield execute, Trace(machine, names, text).sample
             text.flush()
             text.detach()
     else:
-        yield execute, ChangeLines(machine, names, sys.stdout).sample
+        yield execute, ChangeLines(machine, names if run_options.shows(options) else (), sys.stdout).sample

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
         made = firmware.built(plan, Path(folder), "firmware")
         firmware.run(machine, made, names, scans, stimuli)
     try:
-        with displayed(options.trace, machine, names, None) as (scan, sample):
+        with displayed(options, machine, names, None) as (scan, sample):
             for _ in range(scans):
                 scan()
                 sample()

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,9 +15,10 @@ from ldc import pipeline
 from ldc.cli import lateness, system
 from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
-from ldc.cli.console import OK, answered, is_terminal, report, say
+from ldc.cli.console import OK, answered, report, say
 from ldc.cli.plant import Plant
 from ldc.cli.run import displayed, is_system, run_length, stimuli_of, watched
+from ldc.cli.run_options import live
 from ldc.cli.watching import LiveTable
 from ldc.diagnostics import Invalid
 from ldc.il.external import Binding
@@ -63,9 +63,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         whole = _Run(result, machine, bindings, beat, record.append if record else None)
         whole.loop.until(came)
         try:
-            live = options.trace is None and is_terminal(sys.stdout)
-            table = LiveTable(machine, names, scans, None, whole.loop.scan) if live else None
-            with displayed(options.trace, machine, names, table, file, whole.loop.scan) as (scan, sample):
+            table = LiveTable(machine, names, scans, None, whole.loop.scan) if live(options) else None
+            with displayed(options, machine, names, table, file, whole.loop.scan) as (scan, sample):
                 for _ in range(scans):
                     stimuli.apply(machine)
                     before = machine.scans
