@@ -10,7 +10,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
 from ldc.parser import statements as st
 from ldc.parser.lexer import lex
-from ldc.parser.plcopen import findings, texts
+from ldc.parser.plcopen import bodies, findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.reader import parse_expression
@@ -21,8 +21,6 @@ from ldc.source import Span
 _STEP_ACTIONS = {"700a583f-b4d4-43e4-8c14-629c7cd3bec8": "N", "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8": "P1",
                  "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd": "P0"}
 _EXCLUDED = "01580b27-6378-448b-8ecb-0e4b795b58d6"
-_GRAPHICAL = ("LD", "FBD")
-_LANGUAGES = ("ST", "IL", *_GRAPHICAL)
 
 
 class Parts:
@@ -64,12 +62,12 @@ class Parts:
 
     def _body(self, holder: Node, name: str) -> sfc.Body | None:
         """The first body that says something; empty when none does."""
-        for node in holder.children:
+        for node in bodies.languages(holder):
             if node.tag == "ST":
                 return statements(node.body, self.diagnostics)
             if node.tag == "IL":
                 return ast.TextBody("IL", node.body)
-            if node.tag in _GRAPHICAL:
+            if node.tag in bodies.GRAPHICAL:
                 return self.drawn(node, name, holder)
             if node.tag == "SFC":
                 self._unsupported(node.span, f"{name} is a chart inside of a chart", "an SFC",

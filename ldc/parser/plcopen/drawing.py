@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser.plcopen import findings
+from ldc.parser.plcopen import boxes, findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
@@ -23,6 +23,7 @@ ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVaria
 VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 """What gives a value and does nothing by itself."""
 _BOXES = ("inVariable", "outVariable")
+_BOTH = {"inVariable": ("storage",), "inOutVariable": ("edgeIn", "storageIn", "edgeOut", "storageOut")}
 _IGNORED = ("rightPowerRail", "documentation", "addData")
 
 _POSITION = re.compile(r"<(?:[\w.-]+:)?position\s([^>]*)>")
@@ -94,13 +95,17 @@ class Drawing:
         self.labels: list[Node] = []
         self.broken = False
         self.placeholders: set[str] = set()
+        self._at_rail: set[str] = set()
         self._first = _first_number(body)
         for index, node in enumerate(body.children):
             if node.tag in ELEMENTS or node.tag in goals:
                 if node.tag in _BOXES and not _written(node):
                     self.placeholders.add(node.get("localId").strip())
                 else:
-                    self._element(node, index)
+                    made = boxes.drawn(node)
+                    if made.tag == "contact" and made is not node:
+                        self._at_rail.add(made.get("localId").strip())
+                    self._element(made, index)
             elif node.tag in ("comment", "vendorElement"):
                 self.notes.append(node)
             elif node.tag == "label":
@@ -135,12 +140,25 @@ class Drawing:
             for pin in pins.all("variable") if pins is not None else ():
                 if pin.get("formalParameter").strip().upper() in taken - {""}:
                     continue  # VAR_IN_OUT, which some editors write on both sides
+                self._tell_modifiers(element, pin, ("edge", "storage"))
                 point = pin.find("connectionPointOut", "expression")
                 element.outputs.append(OutputPin(pin.get("formalParameter").strip(), pin, pin.flag("negated"),
                                                  _text(point)))
         elif node.tag not in ("leftPowerRail", "inVariable", "continuation"):
             element.inputs.append(self._input(node, ""))
+        if node.tag in _BOTH:
+            self._tell_modifiers(element, node, _BOTH[node.tag])
         self.elements[id_] = element
+
+    def _tell_modifiers(self, element: Element, node: Node, names: tuple[str, ...]) -> None:
+        """Tell edges and storage where nothing that is drawn means them."""
+        for name in names:
+            if boxes.modifier(node, name):
+                pin = f" at its pin {node.get('formalParameter')[:40]}" if node.tag == "variable" else ""
+                findings.unsupported(
+                    self.diagnostics, node.span,
+                    f"{self.where}: {element.describe()} has {name}=\"{node.get(name)[:20]}\"{pin}",
+                    "drawn here", "draw a contact with that edge, or a coil that sets or resets")
 
     def _input(self, node: Node, name: str) -> Input:
         text = None if node.usual is not None else _text(node.find("connectionPointIn", "expression"))
@@ -161,6 +179,8 @@ class Drawing:
         self._follow(named)
 
     def _sources(self, element: Element, pin: Input) -> Iterator[Output]:
+        if element.id in self._at_rail:
+            yield RAIL
         for wire in pin.node.wires():
             id_ = wire.get("refLocalId").strip()
             source = self.elements.get(id_)
@@ -252,7 +272,10 @@ class Drawing:
 
 
 def _first_number(body: Node) -> int:
-    """The least number of an order of execution: 0 says that there is none, unless they count from there."""
+    """The least number of an order of execution: 0 says that there is none, unless they count from there, as
+    those of a continuous function chart do."""
+    if body.tag == "CFC":
+        return 0
     if body.document.source.text.find("executionOrderId", body.start, body.end) < 0 and type(body) is Node:
         return 1
     numbers = [int(text) for node in body.children
@@ -291,4 +314,4 @@ def _text(node: Node | None) -> Span | None:
     if node is None:
         return None
     span = node.content
-    return span if span.end > span.start else None
+    return span if span.end > span.start and span.text != boxes.NOT_NAMED else None

@@ -12,6 +12,7 @@ from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import (
     additional,
     addresses,
+    bodies,
     configuration,
     findings,
     inputs,
@@ -37,7 +38,6 @@ from ldc.records import record
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
-_GRAPHICAL = ("LD", "FBD")
 _NOT_OURS = ("libraryBlocks",)
 """Interfaces of blocks of the editor, in additional data."""
 
@@ -186,8 +186,8 @@ def _body(
 ) -> Body | SfcBody:
     """The first body that says something. A POU keeps its interface when its body cannot be read."""
     for holder in pou.all("body"):
-        for node in holder.children:
-            if node.tag in _GRAPHICAL:
+        for node in bodies.languages(holder):
+            if node.tag in bodies.GRAPHICAL:
                 return ladder(node, name, more, diagnostics, holder)
             if node.tag == "IL":
                 return ast.TextBody(node.tag, node.body)

@@ -14,7 +14,7 @@ from operator import attrgetter
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import findings, paths, texts
+from ldc.parser.plcopen import boxes, findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
 from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output
 from ldc.parser.plcopen.paths import RAIL_NET, Step
@@ -107,7 +107,7 @@ class RungWriter:
 
     def expression(self, span: Span | None, element: Element) -> ast.Expr:
         """What is written there; when that cannot be read, a name that shows it."""
-        if span is None or span.start == span.end:
+        if span is None or span.start == span.end or span.text == boxes.NOT_NAMED:
             findings.malformed(self.diagnostics, element.node.span,
                                f"{self.drawing.where}: {element.describe()} has no variable",
                                "name a variable in the editor that the file comes from")
@@ -122,7 +122,7 @@ class RungWriter:
         element = self.drawing.elements[id_]
         text = element.node.find("expression")
         found = self.expression(text.content if text is not None else None, element)
-        return texts.negated(found) if element.node.flag("negated") else found
+        return texts.negated(found) if boxes.is_negated(element.node, reads=True) else found
 
     def value_at(self, pin: Input) -> str | Span | None:
         """What is written at a pin instead of a wire: the id of an input variable, or a place."""
@@ -181,18 +181,19 @@ class RungWriter:
         pin, node = element.inputs[0], element.node
         if self.attached(element):
             return
+        negated = boxes.is_negated(node, reads=False)
         text = node.find("expression")
         target = self.expression(text.content if text is not None else None, element)
         value = self.value_at(pin)
         if value is not None:
             source = self.value(value) if isinstance(value, str) else self.expression(value, element)
-            self.function("NOT" if node.flag("negated") else "MOVE", source, target, node.span)
-        elif len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not node.flag("negated"):
+            self.function("NOT" if negated else "MOVE", source, target, node.span)
+        elif len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not negated:
             net = self.net(pin)
             junction = ast.Junction(net, node.span)
             self.function("MOVE", junction, target, node.span, reads=(net,))
         else:
-            self.add(ast.Coil("/" if node.flag("negated") else "", target, node.span), self.net(pin), None)
+            self.add(ast.Coil("/" if negated else "", target, node.span), self.net(pin), None)
 
     def _inOutVariable(self, element: Element) -> None:
         if element.inputs[0].sources:

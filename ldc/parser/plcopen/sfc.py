@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
-from ldc.parser.plcopen import findings, kept, texts
+from ldc.parser.plcopen import boxes, findings, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
 from ldc.parser.plcopen.document import Node
@@ -163,7 +163,7 @@ class ChartReader:
             return self.parts.condition(node, condition, number)
         sources = [self.nodes.get(wire.get("refLocalId").strip()) for wire in point.all("connection")]
         negated = condition.flag("negated")
-        if len(sources) == 1 and sources[0] is not None and sources[0].tag == "inVariable":
+        if len(sources) == 1 and sources[0] is not None and boxes.drawn(sources[0]).tag == "inVariable":
             text = sources[0].find("expression")
             value = texts.expression(text.content, self.diagnostics) if text is not None else None
             negated ^= sources[0].flag("negated")
