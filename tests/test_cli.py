@@ -336,6 +336,37 @@ def test_an_interrupted_or_impossible_trace_leaves_no_file(ldc, tmp_path: Path) 
     assert [p.name for p in tmp_path.iterdir()] == ["main.ld"]
 
 
+@pytest.mark.parametrize(("options", "said"), [
+    (("--trace", "-", "--events", "-"), "--trace and --events are both standard output"),
+    (("--events", "out.csv", "--trace", "./out.csv"), "--trace and --events are both the file `out.csv`"),
+    (("--inputs", "in.csv", "--trace", "in.csv"), "--inputs and --trace are both the file `in.csv`"),
+    (("--board", "mine.toml"), "--board is for firmware"),
+    (("--target", "cortex-m3", "--events", "out.csv"), "--events is for a run on this computer"),
+])
+def test_options_of_a_run_that_mean_nothing_together(ldc, options: tuple[str, ...], said: str) -> None:
+    Path("in.csv").write_text("scan,start\n1,1\n")
+    status, out, err = ldc("run", "main.ld", *options)
+    assert (status, out) == (2, "") and said in err
+    assert Path("in.csv").read_text() == "scan,start\n1,1\n" and not Path("out.csv").exists()
+
+
+@pytest.mark.parametrize("options", [
+    ("--realtime", "--plot", "no/late.svg"), ("--ring", "no/ring.csv", "--trigger", "motor rises"),
+])
+def test_what_is_written_at_the_end_is_known_to_be_impossible_before(ldc, options: tuple[str, ...]) -> None:
+    status, out, err = ldc("run", "main.ld", "--scans", "5", *options)
+    assert (status, out) == (1, "") and re.fullmatch(r"ldc run: cannot write `no/[^`]+`: No such file.*\n", err)
+
+
+def test_a_result_on_standard_output_is_there_alone(ldc) -> None:
+    events = ldc("run", "main.ld", "--scans", "2", "--events", "-")[1]
+    assert events.splitlines() == ["t_ms,processor,unit,index,detail", "0,master,C.LOGIC,0,", "10,master,C.LOGIC,0,"]
+    Path("in.csv").write_text("scan,start\n1,1\n")
+    ring = ("--ring", "-", "--trigger", "motor rises", "--before", "1", "--after", "0", "--watch", "motor")
+    out = ldc("run", "main.ld", "--inputs", "in.csv", "--scans", "4", *ring)[1]
+    assert out == "scan,t_ms,motor\n0,0,0\n1,10,1\n"
+
+
 def test_the_project_says_what_the_command_line_does_not(ldc) -> None:
     Path("ldc.toml").write_text('[run]\nperiod = "1ms"\nwatch = ["motor"]\ninputs = "in.csv"\n')
     Path("in.csv").write_text("scan,start\n1,1\n")
