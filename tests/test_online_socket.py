@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import native
-from ldc.cli import modules
+from ldc.cli import link, modules
 from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import find_sources
@@ -245,6 +245,30 @@ def test_a_message_that_is_too_long_is_not_read(runtime) -> None:
     assert codes(answer) == ["LD0827"] and time.monotonic() - start < 5
     with pytest.raises(Invalid), socket.socket(socket.AF_UNIX) as nobody:
         wire.send(nobody, Stage(image=bytes(wire.LIMIT), sources=[], base="", owner=""))
+
+
+def test_a_runtime_that_ends_while_it_is_asked_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "ends.sock"
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(path))
+        listening.listen(1)
+
+        def ends() -> None:
+            with listening.accept()[0] as connection:
+                wire.receive(connection, Status)
+
+        thread = threading.Thread(target=ends)
+        thread.start()
+        with pytest.raises(Invalid) as refused:
+            link.ask(path, Status())
+        thread.join()
+    found, = refused.value.diagnostics
+    assert found.code == "LD0828" and found.message.endswith("it ended before it answered")
+
+
+def test_what_a_swap_took_is_in_its_answer(runtime) -> None:
+    runtime.ask(change(OTHER, runtime.controller.running.digest))
+    assert runtime.ask(Act(action="test", owner="me")).state.pause_ns > 0
 
 
 # ---- the commands ------------------------------------------------------------------------------------

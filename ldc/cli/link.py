@@ -84,6 +84,8 @@ def ask(path: Path, request: Request) -> Answer:
             connection.settimeout(wire.PATIENCE)
             connection.connect(str(path))
             wire.send(connection, request)
+            if not connection.recv(1, socket.MSG_PEEK):
+                raise ConnectionAbortedError("it ended before it answered")
             answer = wire.receive(connection, Answer)
     except OSError as error:
         found = Diagnostics()

@@ -136,8 +136,8 @@ def _print_state(state: State) -> None:
     staged = f" {state.staged[:12]}, client {visible(state.client)}" if state.staged else ""
     print(f"state    {state.state}{staged}")
     if state.state == "testing":
-        left = milliseconds(max(state.left_ns, 0))
-        print(f"         back to the program before in {left} ms, unless committed")
+        left = max(state.left_ns, 0) / 1e9
+        print(f"         back to the program before in {left:.1f} s, unless committed")
     print(f"scans    {state.scans}, {milliseconds(state.now_ns)} ms")
     if state.waits:
         print(f"sequence {visible(state.waits)}")

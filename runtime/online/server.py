@@ -195,11 +195,8 @@ class Server:
         if request.action not in actions:
             raise wire.refuse(f"`{request.action[:20]}` is no action")
 
-        def act() -> Answer:
-            actions[request.action]()
-            return Answer(state=self._state())
-
-        return self._between(act)
+        self._between(actions[request.action])
+        return self._between(lambda: Answer(state=self._state()))  # how long the swap took is known by now
 
     def _state(self) -> State:
         controller, machine = self.controller, self.controller.machine
