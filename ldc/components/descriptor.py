@@ -86,13 +86,15 @@ class PinTable(Struct):
     value: Number | None = None
     text: str = ""
     local: bool = False
+    retain: bool = False
 
 
 @record
 class Pin:
     """One input, output, parameter or state variable. ``low``, ``high``: the range that an input or
     parameter must be in, in ``unit``. ``value`` is the text of its initial value, None for the type's own.
-    ``local``: an input or output that is wired on the slave when that executes the component by itself."""
+    ``local``: an input or output that is wired on the slave when that executes the component by itself;
+    ``retain``: a variable of the state that survives a restart."""
 
     name: str
     type: ast.TypeExpr
@@ -104,6 +106,7 @@ class Pin:
     span: Span
     value_span: Span
     local: bool = False
+    retain: bool = False
 
 
 @record
@@ -249,6 +252,12 @@ class _Pins:
                 f"`{table.name}` is no input or output",
                 "only these can be wired on a slave",
             )
+        if table.retain and path[1] != "state":
+            self.tables.wrong(
+                (*path, "retain"),
+                f"`{table.name}` is a pin",
+                "the state is retained; pins are when the instance is declared RETAIN",
+            )
         place = self.tables.spans.get((*path, "value"))
         return Pin(
             table.name,
@@ -261,6 +270,7 @@ class _Pins:
             self.tables.spans[(*path, "name")].value,
             place.value if place else item,
             table.local,
+            table.retain,
         )
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import groupby
+
 from ldc.components import findings
 from ldc.components.descriptor import ENABLE, ERROR, POWER, TIME_STEP, Component, Pin
 from ldc.diagnostics import Diagnostics
@@ -35,7 +38,7 @@ def pou(
             component,
         ),
         _section("VAR_OUTPUT", _outputs(component, outputs, diagnostics), component),
-        _section("VAR", _declared((*local, *component.state), diagnostics), component),
+        *_state((*local, *component.state), component, diagnostics),
         _section("VAR_TEMP", (_variable(TIME_STEP, "TIME", name_span),), component),
     ]
     if component.native:
@@ -58,8 +61,15 @@ def pou(
     )
 
 
-def _section(kind: str, variables: tuple[ast.VarDecl, ...], component: Component) -> ast.VarBlock:
-    return ast.VarBlock(kind, (), variables, component.span("component", "name"))
+def _section(kind: str, variables: tuple[ast.VarDecl, ...], component: Component, *qualifiers: str
+             ) -> ast.VarBlock:
+    return ast.VarBlock(kind, qualifiers, variables, component.span("component", "name"))
+
+
+def _state(pins: tuple[Pin, ...], component: Component, diagnostics: Diagnostics) -> Iterator[ast.VarBlock]:
+    """In their order, which is that of the members of the structure in C."""
+    for retain, group in groupby(pins, lambda pin: pin.retain):
+        yield _section("VAR", _declared(tuple(group), diagnostics), component, *["RETAIN"] * retain)
 
 
 def _enable(component: Component) -> tuple[ast.VarDecl, ...]:
