@@ -244,6 +244,79 @@ def test_a_semaphore_a_ramp_and_a_hysteresis() -> None:
     assert run(xml, [{"x": 6.0}, {"x": 6.5}, {"x": 4.0}, {"x": 3.9}], "q") == ["0", "1", "1", "0"]
 
 
+def codesys(xml: str) -> str:
+    """A file that an editor of the CODESYS family wrote."""
+    data = '<addData><data name="http://www.3s-software.com/plcopenxml/x"/></addData>'
+    return xml.replace("<types>", f"{data}<types>")
+
+
+def test_a_blinker_begins_with_its_pulse() -> None:
+    xml = statements("b1(ENABLE := a, TIMELOW := T#20ms, TIMEHIGH := T#30ms, OUT => q);",
+                     "a q : BOOL; b1 : Util.BLINK")
+    rows = run(xml, [{"a": 0}, {"a": 1}, *[{}] * 8, {"a": 0}, {}, {"a": 1}], "q")
+    assert "".join(rows) == "0111001110001"
+
+
+def test_a_hysteresis_is_that_of_the_editor() -> None:
+    xml = codesys(statements("h(IN := i, HIGH := 10, LOW := 5, OUT => q);",
+                             "i : INT; q : BOOL; h : HYSTERESIS"))
+    assert run(xml, [{"i": 7}, {"i": 4}, {"i": 10}, {"i": 11}, {"i": 5}], "q") == ["0", "1", "1", "0", "0"]
+
+
+def test_functions_of_the_library_of_codesys() -> None:
+    xml = codesys(statements(
+        "s1(B := m); m := PACK(s1.B7, s1.B6, TRUE, a, FALSE, FALSE, FALSE, FALSE);"
+        "n1(IN := i, HIGH := 8, LOW := 4); d := PUTBIT(d, 9, EXTRACT(d, 9) = FALSE);"
+        "j := BCD_TO_INT(BYTE#16#42) * 100 + BYTE_TO_INT(INT_TO_BCD(37));",
+        f"{VALUES}; m : BYTE; s1 : UNPACK; n1 : LIMITALARM").replace(
+            "</localVars>", '<variable name="d"><type><DWORD/></type></variable></localVars>'))
+    assert run(xml, [{"m": 0x80, "a": 1, "i": 9}, {"a": 0, "i": 3}, {"i": 4}],
+               "m d j n1.O n1.U n1.IL") == ["13 512 4255 1 0 0", "4 0 4255 0 1 0", "4 512 4255 0 0 1"]
+    drawn_ = codesys(fbd("i : INT; m : BYTE", value(1, "m"), block(
+        2, "BCD_TO_INT", {"B": 1}, ("BCD_TO_INT",)), result(3, "i", "2.BCD_TO_INT")))
+    assert run(drawn_, [{"m": 0x27}], "i") == ["27"]
+    assert "LD0501" in {f[:6] for f in findings(statements("j := BCD_TO_INT(m);", "j : INT; m : BYTE"))}
+
+
+def test_types_named_with_their_library() -> None:
+    xml = statements("t(IN := a, PT := T#0s); q := t.Q;", "a q : BOOL; t : Standard.TON")
+    assert run(xml, [{"a": 1}], "q") == ["1"]
+    xml = fbd("a q : BOOL; t : Standard.TON", value(1, "a"), value(2, "T#0s"),
+              block(3, "Standard.TON", {"IN": 1, "PT": 2}, ("Q", "ET"), "t"), result(4, "q", "3.Q"))
+    assert run(xml, [{"a": 1}], "q") == ["1"]
+    (found,) = findings(statements("a := TRUE;", "a : BOOL; x : SM3_Basic.AXIS_REF_SM3"))
+    assert found.startswith("LD0205 there is no type or function block `AXIS_REF_SM3`")
+
+
+@pytest.mark.parametrize("type_, value_, gives", [
+    ('<array><dimension lower="0" upper="4"/><baseType><INT/></baseType></array>', "[3(5), 2(7)]",
+     "v[2] * v[3]"),
+    ('<derived name="Pair"/>', "(x := 5, y := 7)", "v.x * v.y"), ("<INT/>", "(5 * 7)", "v")])
+def test_initial_values_that_are_written_out(type_: str, value_: str, gives: str) -> None:
+    pair = f'<dataType name="Pair"><baseType><struct>{variables("x y : INT")}</struct></baseType></dataType>'
+    declared = (f'<variable name="v"><type>{type_}</type><initialValue><simpleValue value="{value_}"/>'
+                "</initialValue></variable></localVars>")
+    xml = statements(f"i := {gives};", "i : INT", pair).replace("</localVars>", declared)
+    assert run(xml, [{}], "i") == ["35"]
+
+
+RESOURCES = {
+    "an empty resource": ("<resource name='r'/>", "without a task"),
+    "no resource": ("<globalVars><variable name='g'><type><BOOL/></type></variable></globalVars>",
+                    "without a task"),
+    "a task": ("<resource name='r'><task name='t' interval='T#10ms' priority='1'/></resource>",
+               "in the task `t`")}
+
+
+@pytest.mark.parametrize("inside, where", RESOURCES.values(), ids=RESOURCES)
+def test_a_configuration_that_runs_nothing_runs_all(inside: str, where: str) -> None:
+    configured = f"<configurations><configuration name='c'>{inside}</configuration></configurations>"
+    xml = project(pou("<ST>q := TRUE;</ST>", "q : BOOL"), instances=configured)
+    assert findings(xml) == [
+        f"LD0157 no resource of this file runs a program: the program of it will run {where}"]
+    assert run(xml, [{}], "q") == ["1"]
+
+
 def test_the_derivative_of_a_ramp_is_its_slope() -> None:
     xml = statements("d1(RUN := a, XIN := x, CYCLE := T#100ms, XOUT => y);", f"{VALUES}; d1 : DERIVATIVE")
     rows = [{"a": 0, "x": 0.0}, *({"a": 1, "x": 2.0 * step} for step in range(1, 6))]

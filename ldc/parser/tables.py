@@ -17,8 +17,8 @@ from importlib import resources
 from pathlib import Path
 
 _FORMAT = "2"
-STARTS = ("rung", "single_expression", "single_type", "statement", "for_head", "case_labels", "var_line",
-          "type_line", "pou_head", "configuration_head", "resource_head", "task_line", "program_line",
+STARTS = ("rung", "single_expression", "single_type", "single_initial", "statement", "for_head",
+          "case_labels", "var_line", "type_line", "pou_head", "configuration_head", "resource_head", "task_line", "program_line",
           "step_head", "action_head", "association", "transition")
 END = "$END"
 

@@ -1,6 +1,7 @@
-"""The function blocks that Beremiz and OpenPLC bring along with those of the standard.
+"""The function blocks and functions that editors bring along with those of the standard.
 
-They are examples of IEC 61131-3 (2nd edition, table 37: RTC; annex F: the others). A file that uses one and
+Those of Beremiz and OpenPLC are examples of IEC 61131-3 (2nd edition, table 37: RTC; annex F: the others).
+The editors of the CODESYS family have a library Util, whose HYSTERESIS has other pins. A file that uses one and
 has none of its own gets it as a supporting POU.
 """
 
@@ -10,22 +11,34 @@ from collections.abc import Iterable
 
 from ldc.parser import ast
 from ldc.parser.foreign import stored
+from ldc.parser.plcopen.guarded import nodes
 
 PACKAGE = "ldc.parser.plcopen"
-NAMES = frozenset(("SEMA", "RTC", "INTEGRAL", "DERIVATIVE", "PID", "RAMP", "HYSTERESIS"))
+_ANNEX = ("SEMA", "RTC", "INTEGRAL", "DERIVATIVE", "PID", "RAMP", "HYSTERESIS")
+_UTIL = ("BLINK", "HYSTERESIS", "LIMITALARM", "UNPACK")
+_FUNCTIONS = ("PACK", "EXTRACT", "PUTBIT", "BCD_TO_INT", "INT_TO_BCD")
+_FAMILY = "3s-software"
+"""In the names of the additional data that editors of the CODESYS family write."""
+NAMES = frozenset((*_ANNEX, *_UTIL, *_FUNCTIONS))
 
 
 def wanted(
-    pous: Iterable[ast.Pou], shared: Iterable[ast.VarBlock], own: Iterable[str]
+    pous: Iterable[ast.Pou], shared: Iterable[ast.VarBlock], own: Iterable[str], text: str
 ) -> tuple[ast.Pou, ...]:
-    """Those that variables of POUs and global ones name as their types, and what these need; without those
-    that are declared, whose names are ``own``."""
+    """Blocks that variables of POUs and global ones name as their types, what these need, and functions that
+    bodies call; without those that are declared, whose names are ``own``. ``text``: of the file."""
+    pous = tuple(pous)
     known = {name.upper() for name in own}
     blocks = [*shared, *(block for pou in pous for block in pou.var_blocks)]
-    used = _types(blocks) - known
+    used = _types(blocks)
+    if _FAMILY in text and any(name in text for name in _FUNCTIONS):
+        used |= {name for pou in pous for node in nodes(pou.body, (ast.Call, ast.Block))
+                 if (name := (node.name if isinstance(node, ast.Call) else node.type).upper()) in _FUNCTIONS}
+    used -= known
     if not used:
         return ()
-    found = {pou.name.upper(): pou for pou in stored(PACKAGE, "additional")}
+    books = ("additional", "util") if _FAMILY in text else ("util", "additional")
+    found = {pou.name.upper(): pou for book in books for pou in stored(PACKAGE, book)}
     more = used
     while more:
         more = {key for name in more for key in _types(found[name].var_blocks)} - known - used

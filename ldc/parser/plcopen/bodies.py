@@ -10,8 +10,8 @@ GRAPHICAL = ("LD", "FBD", "CFC")
 
 
 def languages(holder: Node) -> Iterator[Node]:
-    """What stands in a body, by languages. A continuous function chart, which TC6 does not have, is additional
-    data beside an empty body in another one: it comes first."""
+    """What stands in a body, by languages. A continuous function chart, which TC6 does not have, is
+    additional data beside an empty body in another one: it comes first."""
     for data in holder.all("addData"):
         yield from (chart for chart in data.descendants("CFC") if chart.children)
     yield from holder.children

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import interface, kept, texts
+from ldc.parser.plcopen import findings, interface, kept, texts
 from ldc.parser.plcopen.document import Node
 
 _UNITS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
@@ -30,6 +32,23 @@ def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:
     processor, order = kept.placement(node)
     programs.sort(key=lambda program: order.get(program.name.upper(), len(order)))
     return ast.Resource(name, processor or name, blocks, tuple(tasks), tuple(programs), node.whole)
+
+
+def running(
+    configurations: tuple[ast.Configuration, ...], pous: tuple[ast.Pou, ...], diagnostics: Diagnostics
+) -> tuple[ast.Configuration, ...]:
+    """The configurations; when none of them runs a program, the first one runs all, in its first task."""
+    programs = [pou for pou in pous if pou.kind == "PROGRAM"]
+    resources = [resource for found in configurations for resource in found.resources]
+    if not configurations or not programs or any(resource.programs for resource in resources):
+        return configurations
+    first = configurations[0]
+    own = first.resources or (ast.Resource("resource", "resource", (), (), (), first.span),)
+    tasks = own[0].tasks
+    task = tasks[0].name if tasks else None
+    made = tuple(ast.ProgramInstance(pou.name, task, pou.name, pou.name_span) for pou in programs)
+    findings.nothing_runs(diagnostics, resources[0].span if resources else first.span, len(programs), task)
+    return (replace(first, resources=(replace(own[0], programs=made), *own[1:])), *configurations[1:])
 
 
 def _task(node: Node, name: str, diagnostics: Diagnostics) -> ast.Task:

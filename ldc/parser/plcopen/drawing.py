@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser.plcopen import boxes, findings
+from ldc.library import blocks
+from ldc.library.functions import is_function
+from ldc.parser.plcopen import additional, boxes, findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
@@ -126,6 +128,8 @@ class Drawing:
             findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
             self.broken = True
             return
+        if node.tag == "block" and "." in node.get("typeName"):
+            node = self._without_library(node)
         element = Element(id_, node, ())
         number = node.number("executionOrderId", -1)
         element.order = (0, number, index) if number >= self._first else (1, *element.position, index)
@@ -149,6 +153,16 @@ class Drawing:
         if node.tag in _BOTH:
             self._tell_modifiers(element, node, _BOTH[node.tag])
         self.elements[id_] = element
+
+    def _without_library(self, node: Node) -> Node:
+        """A block whose type is named with its library (`Standard.TON`), with the name alone."""
+        library, _, own = node.get("typeName").strip().rpartition(".")
+        key, of = own.upper(), library.upper()
+        known = is_function(own) or key in blocks.names() or key in self.more.interfaces or (
+            key in self.more.functions or key in additional.NAMES)
+        if not known or of in self.more.interfaces or of in self.more.local or of == self.where.upper():
+            return node
+        return node.like(node.tag, node.children, {**node.attributes, "typeName": own})
 
     def _tell_modifiers(self, element: Element, node: Node, names: tuple[str, ...]) -> None:
         """Tell edges and storage where nothing that is drawn means them."""

@@ -70,3 +70,11 @@ def converted(diagnostics: Diagnostics, span: Span, source: str, target: str) ->
     diagnostics.warning("LD0156", f"a value of type {source} becomes {target} without a conversion", span,
                         f"this is {source}",
                         help=f"other editors convert it by themselves; write {source}_TO_{target}")
+
+
+def nothing_runs(diagnostics: Diagnostics, span: Span, programs: int, task: str | None) -> None:
+    where = f"in the task `{task}`" if task is not None else "without a task"
+    whose = "the program" if programs == 1 else f"the {programs} programs"
+    diagnostics.warning("LD0157", f"no resource of this file runs a program: {whose} of it will run {where}",
+                        span, "without instances of programs",
+                        help="give the programs instances in the editor that the file comes from")

@@ -77,8 +77,8 @@ def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.Type
         if _WRITTEN_OUT.match(node.get("name")):
             span = node.attribute("name")
             return parse_type(span.source, span.start, span.end, diagnostics)
-        name = texts.name(node, diagnostics)
-        return ast.NamedType(name, None, node.attribute("name")) if name else None
+        found = texts.type_name(node, diagnostics)
+        return ast.NamedType(found[0], None, found[1]) if found else None
     if tag.upper() in ("STRING", "WSTRING"):
         length = texts.expression(node.attribute("length"), diagnostics) if node.get("length") else None
         return ast.NamedType(tag.upper(), length, node.span)
@@ -140,7 +140,7 @@ def initial(holder: Node | None, diagnostics: Diagnostics) -> ast.Initial | None
     if node is None:
         return None
     if node.tag == "simpleValue":
-        return texts.expression(node.attribute("value"), diagnostics) if node.get("value").strip() else None
+        return texts.initial(node.attribute("value"), diagnostics) if node.get("value").strip() else None
     values = list(node.all("value"))
     inner = [initial(value, diagnostics) for value in values]
     if None in inner or not inner:

@@ -65,6 +65,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
                         for block in holder.var_blocks)]
     types = tuple(t for t in types if t)
     pous = _pous(root, [v for block in shared for v in block.variables], types, reading)
+    configurations = configuration.running(configurations, pous, diagnostics)
     if not (types or pous or loose or configurations or diagnostics.has_errors):
         findings.no_project(diagnostics, root.span, root.tag)
     remarks = reading.remarks
@@ -72,7 +73,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         remarks += lists.remarks(source)
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
-    pous += additional.wanted(pous, shared, (found.name for found in (*pous, *types)))
+    pous += additional.wanted(pous, shared, (found.name for found in (*pous, *types)), source.text)
     pous, loose, configurations = inputs.without_addresses(pous, loose, configurations, reading)
     groups = [loose, *(pou.var_blocks for pou in pous),
               *(holder.var_blocks for c in configurations for holder in (c, *c.resources))]

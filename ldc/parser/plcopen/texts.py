@@ -7,10 +7,11 @@ import re
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, literals
 from ldc.parser.foreign import RESERVED
-from ldc.parser.lexer import KEYWORDS, MAX_WORD
+from ldc.parser.lexer import KEYWORDS, MAX_WORD, lex
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_expression
+from ldc.parser.units import Units
 from ldc.source import Span
 
 _NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
@@ -34,6 +35,25 @@ def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str |
     what = f"`{text[:40]}` is no name" if text else f"<{node.tag}> has no {attribute}"
     findings.malformed(diagnostics, node.span, what, "names have letters a to z, digits and underscores")
     return None
+
+
+def type_name(node: Node, diagnostics: Diagnostics) -> tuple[str, Span] | None:
+    """The name of a type, without that of a library before it (`Standard.TON`), and where it stands."""
+    found, span = node.get("name"), node.attribute("name")
+    own = found.rpartition(".")[2]
+    if own != found and all(map(_NAME.match, found.strip().split("."))):
+        return own.strip(), Span(span.source, span.start + len(found) - len(own), span.end)
+    known = name(node, diagnostics)
+    return None if known is None else (known, span)
+
+
+def initial(span: Span, diagnostics: Diagnostics) -> ast.Initial | None:
+    """The initial value written there: an expression, `[1, 2(0)]`, `(x := 1, y := 2)`."""
+    text = span.text.lstrip()
+    if not text.startswith(("[", "(")):
+        return expression(span, diagnostics)
+    tokens = lex(span.source, span.start, span.end)
+    return Units(tokens, diagnostics).parse("single_initial", 0, len(tokens.types), "initial value")
 
 
 def label(text: str, default: str) -> str:
