@@ -59,7 +59,7 @@ def main() -> None:
         program = pipeline.compile_paths([str(source)]).program
     cost = Cost(instruction=100)
     ways = {"at once": machine.Machine(program).scan, "by pieces": paced.Machine(program, cost=cost).scan,
-            "by pieces, time goes on": Timing(paced.Machine(program, cost=cost), cost).scan}
+            "by pieces, time goes on": Timing(paced.Machine(program, cost=cost)).scan}
     took: dict[str, list[float]] = {name: [] for name in ways}
     bare, logged = [], []
     for _ in range(BATCHES):

@@ -1,12 +1,15 @@
 """What execution costs in virtual time: a model by groups of IL instructions (docs/scheduling.md).
 
 Times are nanoseconds. Each instruction of a rung counts once, taken or not; a call counts with all that it
-calls. A further pass of a loop counts when it is made (``runtime.vm.paced``).
+calls. A further pass of a loop counts when it is made (``ldc.il.pieces.Passes``).
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 
+from ldc.il.flat import flatten
+from ldc.il.pieces import pieces
 from ldc.il.program import ARITHMETIC, COMPARISON, Instr, Program, Unit
 from ldc.records import record
 from ldc.types import Instance
@@ -48,6 +51,11 @@ class Costs:
     def rungs(self, unit: Unit) -> tuple[int, ...]:
         """What each rung of a unit costs."""
         return tuple(sum(map(self.one, rung.code)) for rung in unit.rungs)
+
+    def pieces(self, unit: Unit) -> dict[int, int]:
+        """What each piece of a unit costs, by the number of its first rung."""
+        rungs, begins = self.rungs(unit), pieces(flatten(unit)).rungs
+        return {begin: sum(rungs[begin:end]) for begin, end in pairwise((*begins, len(rungs)))}
 
     def one(self, instr: Instr) -> int:
         """What an instruction costs, with all that it calls."""

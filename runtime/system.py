@@ -55,12 +55,12 @@ class Events(Protocol):
 
 class _Slave:
     """A slave with its threads. ``due``: when its algorithms execute next, never while all rest;
-    ``period_ns``: of its algorithms."""
+    ``period_ns``: of its algorithms; ``off``: it has no power."""
 
-    __slots__ = ("part", "due", "period_ns", "emergency", "communication", "algorithm")
+    __slots__ = ("part", "due", "period_ns", "off", "emergency", "communication", "algorithm")
 
     def __init__(self, part: SlavePart, emergency: Work, communication: Work, algorithm: Work) -> None:
-        self.part, self.period_ns, self.due = part, part.period_ns, NEVER
+        self.part, self.period_ns, self.due, self.off = part, part.period_ns, NEVER, False
         self.emergency = Thread("emergency", "emergency", None, emergency)
         self.communication = Thread("communication", "communication", None, communication)
         self.algorithm = Thread("algorithm", "algorithm", None, algorithm)
@@ -117,6 +117,8 @@ class System:
                  watchdogs: Mapping[str, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._flags = _Flags(self.shared)
+        self._silences = getattr(plant, "silences", None)
+        self._kept: Mapping[str, Retained] = {}  # what algorithms had when it was saved last
         self._plant, self._plant_ns, self._plant_due = plant, plant_ns, NEVER if plant is None else 0
         self._scheduler: Scheduler | None = None
         note = None if events is None else events.append
@@ -128,7 +130,7 @@ class System:
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
         self._began = self.machine.now_ns
-        self._executions = None if cost is None else Executions(self.machine, cost, watchdogs or {}, self.now)
+        self._executions = None if cost is None else Executions(self.machine, watchdogs or {}, self.now)
         threads = self._emergency, self._communication, *_ = self._master_threads()
         self._slaves: list[_Slave] = []
         for number in sorted({*slaves, *(p.slave for p in placed)}):
@@ -202,12 +204,14 @@ class System:
     def restore(self, kept: Mapping[str, Retained]) -> None:
         """Before the first scan: what algorithms have retained, by path, is put back. Raises ValueError when
         bytes are no value of their type."""
+        self._kept = kept
         for slave in self._slaves:
             slave.part.restore(kept)
 
     def retained(self) -> Callable[[], list[Retained]]:
         """Copies what algorithms retain, between two scans; what it gives tells it."""
         entries = [entry for slave in self._slaves for entry in slave.part.retained()]
+        self._kept = {entry.path: entry for entry in entries}
         return lambda: entries
 
     def rows(self) -> tuple[Row, ...]:
@@ -268,11 +272,19 @@ class System:
                 self._scheduler.raise_event(slave.communication)
 
         def powered(work: Work) -> Work:
-            silences = getattr(self._plant, "silences", None)
-            return work if silences is None else lambda now: None if silences(part.number) else work(now)
+            return work if self._silences is None else lambda now: None if slave.off else work(now)
 
         slave = _Slave(part, powered(lambda now: part.emergency()), powered(communication), powered(algorithm))
         return slave
+
+    def _power(self) -> None:
+        """Slaves that have no power do nothing; one that has it again begins anew."""
+        for slave in self._slaves:
+            before, slave.off = slave.off, self._silences(slave.part.number)
+            if before and not slave.off:
+                slave.part.restart(self._kept)
+                slave.due = NEVER
+                self._scheduler.raise_event(slave.communication)
 
     def _guard(self) -> None:
         """Activates the emergency thread when the emergency stop has become TRUE in the middle of a scan. A
@@ -290,7 +302,7 @@ class System:
         """One scan of the master, and what else happens until the next one. The scheduler is asked only when
         it has threads to execute."""
         scheduler, slaves, seen = self._scheduler, self._slaves, self._seen
-        plant, plant_ns, began = self._plant, self._plant_ns, self._began
+        plant, plant_ns, silences, began = self._plant, self._plant_ns, self._silences, self._began
         if self._executions is not None:
             self.machine.latch()
             self._guard()
@@ -307,6 +319,8 @@ class System:
             if due == now:
                 plant.step(began + now, plant_ns)
                 self._plant_due = now + plant_ns
+                if silences is not None:
+                    self._power()
                 if self._executions is not None:
                     scheduler.run(now)
                     self._guard()

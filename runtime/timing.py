@@ -6,63 +6,46 @@ lower between two rungs. Tasks become due at the ticks at which a machine withou
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, MutableSequence
 from operator import length_hint
 
-from runtime.cost import Cost, Costs
 from runtime.faults import Place, TaskOverdue, TaskTooLong
 from runtime.machine import Machine, Schedule
+from runtime.pieces import Pieces
 from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import OVERRUNS, Scheduler
 from runtime.scheduler.thread import Entry, Thread, Work
-from runtime.vm import paced
 
 
 class Executions:
-    """How tasks of ``machine`` are executed in pieces; a ``paced.Machine`` goes rung by rung, of another one
-    a task is one piece that costs what all its rungs cost, further passes of loops left out.
+    """How tasks of ``machine``, which executes in pieces (``runtime.pieces``), take their time.
 
     ``watchdogs``: task name in capitals -> ns that an execution may take from its begin to its end by
     ``clock``, the time in which it is pre-empted included; one that takes longer is stopped by a fault at its
     next rung.
     """
 
-    def __init__(self, machine: Machine, cost: Cost, watchdogs: Mapping[str, int],
-                 clock: Callable[[], int]) -> None:
+    def __init__(self, machine: Machine, watchdogs: Mapping[str, int], clock: Callable[[], int]) -> None:
         self.machine, self.clock = machine, clock
-        self._watchdogs, self._totals = watchdogs, {}
-        if not isinstance(machine, paced.Machine):
-            costs, part = Costs(machine.program, cost), machine.program.resources[machine.resource]
-            runs = [sum(costs.rungs(machine.program.unit(run.pou))) for run in part.runs]
-            self._totals = {s.task.name: sum((cost.task, *(runs[n] for n in s.runs))) if s.runs else 0
-                            for s in machine.schedules}
+        self._watchdogs = watchdogs
 
     def begin(self, schedule: Schedule, now_ns: int) -> Iterator[int]:
         """The pieces of one execution. ``now_ns``: what its timers see."""
-        if self._totals:
-            pieces = self._whole(schedule, now_ns)
-        else:
-            pieces = self.machine.pieces(schedule, now_ns)
+        pieces = self.machine.pieces(schedule, now_ns)
         limit = self._watchdogs.get(schedule.task.name.upper())
         return pieces if limit is None else _Watched(pieces, self, schedule, limit)
 
     def place(self, schedule: Schedule, pieces: Iterator[int] | None) -> Place:
-        """The rung of an execution that was executed last; of a task in one piece, or one that has not begun,
-        its last one."""
+        """The rung of an execution that was executed last; of one that has not begun, the last of its task."""
         while isinstance(pieces, _Watched):
             pieces = pieces.pieces
-        if isinstance(pieces, paced.Pieces):
+        if isinstance(pieces, Pieces):
             return pieces.place
         machine = self.machine
         run = machine.program.resources[machine.resource].runs[schedule.runs[-1]]
         unit = machine.program.unit(run.pou)
         key, span = (unit.rungs[-1].key, unit.rungs[-1].span) if unit.rungs else ("", None)
         return Place(unit.name, key, -1, -1, span)
-
-    def _whole(self, schedule: Schedule, now_ns: int) -> Iterator[int]:
-        deque(self.machine.pieces(schedule, now_ns), maxlen=0)
-        return iter((self._totals[schedule.task.name],))
 
 
 class _Watched:
@@ -97,10 +80,10 @@ class _Watched:
 class Timing:
     """Runs ``machine``, its tasks as threads; ``watchdogs`` as of Executions; ``log``: of the scheduler."""
 
-    def __init__(self, machine: Machine, cost: Cost, watchdogs: Mapping[str, int] | None = None,
+    def __init__(self, machine: Machine, watchdogs: Mapping[str, int] | None = None,
                  log: MutableSequence[Entry] | None = None) -> None:
         self.machine = machine
-        self._executions = Executions(machine, cost, watchdogs or {}, lambda: self.scheduler.now_ns)
+        self._executions = Executions(machine, watchdogs or {}, lambda: self.scheduler.now_ns)
         self.threads = tuple(map(self._thread, machine.schedules))
         self.scheduler = Scheduler([self.threads], log)
         self.scheduler.now_ns = self._began = machine.now_ns

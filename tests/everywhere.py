@@ -65,6 +65,7 @@ def trace(tmp_path: Path, text: str, path: str, scans: Sequence[dict[str, object
     machines["pieces"] = PacedMachine(program, period_ns=PERIOD, cost=Cost(instruction=50))
     if toolchain.find(toolchain.GCC) is not None:
         machines["native"] = native.machine(program, PERIOD)
+        machines["native pieces"] = native.paced_machine(program, Cost(instruction=50), PERIOD)
     found = {}
     for name, machine in machines.items():
         scan = Stepper(machine).scan if name == "stepping" else machine.scan

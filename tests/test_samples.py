@@ -98,7 +98,7 @@ def test_stepping_gives_the_same_trace(folder: Path) -> None:
 @samples
 def test_executing_by_pieces_gives_the_same_trace(folder: Path) -> None:
     def timing(machine) -> Timing:
-        return Timing(machine, Cost())
+        return Timing(machine)
 
     assert traced(folder, compiled(folder).program, timing, Cost()) == (folder / "expected.csv").read_text()
 

@@ -28,7 +28,7 @@ GO = Place("%IX0.0", BOOL, is_global=True)
 
 
 def timed(source, cost: Cost, watchdogs=None, log=None, **options) -> Timing:
-    return Timing(PacedMachine(source, cost=cost, **options), cost, watchdogs, log)
+    return Timing(PacedMachine(source, cost=cost, **options), watchdogs, log)
 
 
 def costs(source, cost: Cost) -> list[int]:
@@ -191,19 +191,6 @@ def test_a_task_that_takes_longer_than_its_watchdog_stops_at_the_next_rung(limit
     assert bool(timing.machine.get("slow.n3")) is (limit >= 29)
 
 
-@native.needs_gcc
-def test_native_code_is_a_piece_for_each_task() -> None:
-    source = preempting()
-    machine = native.machine(source)
-    timing = Timing(machine, Cost(instruction=MS))
-    for _ in range(4):
-        timing.scan()
-    quick, idle = timing.rows()
-    assert idle.preemptions == 0 and idle.response_worst_us == 27000
-    assert quick.missed == 1 and quick.response_worst_us == 20000
-    assert [machine.get(f"slow.n{k}") for k in range(4)] == [1, 1, 1, 1]
-
-
 # ---- ldc run
 
 PROJECT = {
@@ -232,18 +219,20 @@ def test_a_run_tells_what_tasks_took(project: Path, capsys) -> None:
     assert "preempted" in capsys.readouterr().err
 
 
-def test_the_same_run_is_the_same_file(project: Path, capsys) -> None:
+@native.needs_gcc
+def test_the_same_run_is_the_same_file_on_both_engines(project: Path, capsys) -> None:
     shown = []
-    for _ in range(2):
-        assert main(["run", ".", "--scans", "50", "--timing", "-", "--trace", "x.csv"]) == 0
-        shown.append(capsys.readouterr().out)
-    assert shown[0] == shown[1] and shown[0].startswith("processor,task,executions,")
+    for engine in ("vm", "vm", "native"):
+        assert main(["run", ".", "--scans", "50", "--timing", "-", "--trace", "x.csv", "--engine", engine]) == 0
+        shown.append((capsys.readouterr().out, Path("x.csv").read_bytes()))
+    assert shown[0] == shown[1] == shown[2] and shown[0][0].startswith("processor,task,executions,")
 
 
 @native.needs_gcc
-@pytest.mark.parametrize(("cost", "overruns"), [("3us", 0), ("20us", 30)])
+@pytest.mark.parametrize(("cost", "overruns", "engine"), [("3us", 0, "vm"), ("20us", 30, "vm"),
+                                                          ("20us", 30, "native")])
 def test_a_master_with_slaves_takes_time_too(
-        tmp_path: Path, monkeypatch, capfd, cost: str, overruns: int) -> None:
+        tmp_path: Path, monkeypatch, capfd, cost: str, overruns: int, engine: str) -> None:
     """A scan of about 840 instructions; in time the logic does what it does at once (slaves are told 3 ms later),
     else every other scan is missed, and the watchdog ends everything."""
     shutil.copytree(SAMPLES / "injection_machine", tmp_path / "machine")
@@ -251,7 +240,7 @@ def test_a_master_with_slaves_takes_time_too(
     assert main(["run", ".", "--scans", "60", "--trace", "before.csv"]) == 0
     with Path("ldc.toml").open("a", encoding="utf-8") as file:
         file.write(f'\n[cost]\ninstruction = "{cost}"\n')
-    status = main(["run", ".", "--scans", "60", "--trace", "after.csv", "--timing", "t.csv"])
+    status = main(["run", ".", "--scans", "60", "--trace", "after.csv", "--timing", "t.csv", "--engine", engine])
     assert status == int(overruns > 0) and capfd.readouterr().err.count("LD0844") == status
     text = Path("t.csv").read_text(encoding="utf-8")
     rows = {row["task"]: row for row in csv.DictReader(io.StringIO(text)) if row["processor"] == "master"}

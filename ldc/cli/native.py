@@ -12,18 +12,22 @@ from ldc.cli.compiling import native_code
 from ldc.cli.console import Failure, report
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.external import Binding
+from runtime.cost import Cost, Costs
+from runtime.native import paced
 from runtime.native.library import Code
 from runtime.native.machine import Machine
 
 
 def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = None,
              areas: Mapping[str, int] | None = None, sanitize: bool = False,
-             bindings: tuple[Binding, ...] | None = None) -> Artifact:
+             bindings: tuple[Binding, ...] | None = None, cost: Cost | None = None) -> Artifact:
     """The shared object for one resource of a compiled project; ``bindings``: its components, when they are
-    built already. Raises Invalid and Failure."""
+    built already; ``cost``: what execution costs, for code that is executed piece by piece. Raises Invalid and
+    Failure."""
     diagnostics = Diagnostics()
     bindings = native_code(result) if bindings is None else bindings
-    plan = build.planned(result.program, result.image.layout, resource, bindings, areas, sanitize)
+    one = None if cost is None else Costs(result.program, cost).one
+    plan = build.planned(result.program, result.image.layout, resource, bindings, areas, sanitize, one)
     try:
         made = build.built(plan, diagnostics, folder)
     except OSError as error:
@@ -40,7 +44,9 @@ def loadable(made: Artifact) -> Code:
 
 
 def machine(result: pipeline.Compiled, resource: int, period: int | None,
-            bindings: tuple[Binding, ...] | None = None) -> Machine:
-    """A machine that runs native code."""
-    made = artifact(result, resource, bindings=bindings)
-    return Machine(result.program, resource, period, native=loadable(made))
+            bindings: tuple[Binding, ...] | None = None, cost: Cost | None = None) -> Machine:
+    """A machine that runs native code; with ``cost`` by the rung."""
+    native = loadable(artifact(result, resource, bindings=bindings, cost=cost))
+    if cost is None:
+        return Machine(result.program, resource, period, native=native)
+    return paced.Machine(result.program, resource, period, native=native, cost=cost)

@@ -137,7 +137,7 @@ def _alone(options: argparse.Namespace, sources: Sources, result: pipeline.Compi
         return
     from ldc.cli import timing as times
 
-    timing = times.tasks(machine, sources.manifest, cost)
+    timing = times.tasks(machine, sources.manifest)
     yield timing.scan, timing.rows, lambda: machine.faults
 
 
@@ -167,14 +167,14 @@ def start(
     bindings: tuple[Binding, ...] | None = None, cost: Cost | None = None,
 ) -> Machine:
     """The machine for a compiled project; `period` of the command line wins over that of the project.
-    `bindings`: its components in C and C++, when they are built already. `cost`: what execution costs; the vm
-    then tells it by the rung."""
+    `bindings`: its components in C and C++, when they are built already. `cost`: what execution costs; the
+    machine then executes by the rung, and tells it."""
     number = resource_to_run(result)
     period = period or (manifest.period if manifest else None)
     if engine == "native":
         from ldc.cli import native  # loads cffi and jinja2
 
-        return native.machine(result, number, period, bindings)
+        return native.machine(result, number, period, bindings, cost)
     bindings = native_code(result) if bindings is None else bindings
     if cost is not None:
         from runtime.vm import paced  # loads what only a run with [cost] needs

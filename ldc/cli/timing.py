@@ -42,9 +42,9 @@ def watchdogs_of(machine: Machine, manifest: Manifest) -> dict[str, int]:
     return watchdogs
 
 
-def tasks(machine: Machine, manifest: Manifest, cost: Cost) -> Timing:
+def tasks(machine: Machine, manifest: Manifest) -> Timing:
     """The tasks of a machine as threads. Raises Invalid."""
-    return Timing(machine, cost, watchdogs_of(machine, manifest))
+    return Timing(machine, watchdogs_of(machine, manifest))
 
 
 def tell(found: Sequence[Row], target: str | None) -> None:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from ldc.expr import Apply, Const, Expr, IndexStep, Load, Place
 from ldc.il.flat import Flat, flatten
 from ldc.il.homes import INTRINSIC
+from ldc.il.pieces import FORGETS, seams
 from ldc.il.program import COMPARISON, LOGIC, Instr, Unit
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
@@ -26,8 +27,6 @@ from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Type, holds_blocks
 
 DEEPEST = 40
-# Instructions that neither use the accumulator nor keep it.
-_FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET", "EXT"})
 _NOTHING: frozenset[str] = frozenset()
 _EVERYTHING = "*"
 
@@ -90,7 +89,6 @@ class _Structure:
         self.located = {v.name.upper(): v.location for v in unit.variables if v.location}
         self.keys: dict[tuple[str, bool], str | None] = {}
         self.made: list[Statement] = []
-        self.seams: list[int] = []
         self.temporaries: dict[str, Variable] = {}
         self.counts: dict[Type, int] = {}
         self.stems: dict[Type, str] = {}
@@ -100,21 +98,21 @@ class _Structure:
 
     def run(self) -> Structured:
         handlers = _HANDLERS
+        begins = frozenset(seams(self.flat))
         for at, instr in enumerate(self.flat.code):
             self.at = at
             if at in self.flat.labels:
                 self.acc = None
                 self.made.append(Label(at))
-            if at in self.flat.starts and not self.stack and instr.op in _FORGETS:
+            if at in begins:
                 self.counts.clear()
-                self.seams.append(at)
             handlers[instr.op](self, instr)
         if len(self.flat.code) in self.flat.labels:
             self.made.append(Label(len(self.flat.code)))
         if self.stack:
             raise ValueError(f"{self.unit.name}: {len(self.stack)} parentheses are open at the end")
         return Structured(self.unit, self.flat, tuple(self.made), tuple(self.temporaries.values()),
-                          frozenset(self.seams))
+                          begins)
 
     # ---- values
 
@@ -197,7 +195,7 @@ class _Structure:
         if following >= len(self.flat.code) or following in self.flat.labels:
             return False
         instr = self.flat.code[following]
-        return not self.nullary(instr.name) if instr.op == "FN" else instr.op not in _FORGETS
+        return not self.nullary(instr.name) if instr.op == "FN" else instr.op not in FORGETS
 
     def nullary(self, name: str) -> bool:
         function = self.functions.get(name.upper())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from runtime import fault_record
 from runtime.faults import Place
 
 ABI = 1
+PACE = 40
+"""The size of ``ldc_pace`` without its frame."""
 
 
 class WrongLibrary(Exception):
@@ -32,7 +35,8 @@ class Code:
 
 
 class Library:
-    """The loaded code. ``run(memory, n)`` executes program instance n; not 0: a fault is in the memory."""
+    """The loaded code. ``run(memory, n)`` executes program instance n; not 0: a fault is in the memory. Code of
+    a program that takes time has ``step(memory, n, pace)`` instead: one piece, where ``pace`` stands."""
 
     def __init__(self, code: Code) -> None:
         """Raises OSError when the file cannot be loaded, WrongLibrary when it is not of this program."""
@@ -45,7 +49,6 @@ class Library:
         if not fits:
             self._ffi.dlclose(self._library)
             raise WrongLibrary(f"{code.path} is no native code for this program")
-        self.run = self._library.ldc_run
         self._components = [self._bound(number, binding) for number, binding in enumerate(code.bindings)]
 
     def _bound(self, number: int, binding: Binding):
@@ -55,6 +58,19 @@ class Library:
         memory = ffi.addressof(component, "ldc_memory") if binding.size else ffi.NULL
         self._library.ldc_bind(number, ffi.addressof(component, "ldc_entry"), memory)
         return component
+
+    @property
+    def run(self) -> Callable[[object, int], int]:
+        return self._library.ldc_run
+
+    @property
+    def step(self) -> Callable[[object, int, object], int]:
+        return self._library.ldc_step
+
+    def pace(self):
+        """Where an execution piece by piece stands: the C structure, and a view on it."""
+        pointer = self._ffi.new("uint8_t[]", PACE + self._library.ldc_frame())
+        return pointer, memoryview(self._ffi.buffer(pointer)).cast("B")
 
     def close(self) -> None:
         """Unloads the code; it must not be run any more."""
@@ -79,5 +95,6 @@ def declared() -> cffi.FFI:
     ffi = cffi.FFI()
     ffi.cdef("uint32_t ldc_abi(void); uint32_t ldc_size(void); int32_t ldc_run(uint8_t *m, uint32_t program);"
              "int32_t ldc_bind(uint32_t, void (*)(const void *, void *, void *, uint32_t), uint8_t **);"
+             "uint32_t ldc_frame(void); int32_t ldc_step(uint8_t *m, uint32_t program, uint8_t *pace);"
              "extern uint8_t *ldc_memory; void ldc_entry(const void *, void *, void *, uint32_t);")
     return ffi

@@ -14,7 +14,7 @@ from runtime.symbols import Symbol
 
 # By number of their 64-bit word.
 _NOW, _WATCHDOG = 0, 1
-_MOST = (1 << 63) - 1
+MOST = (1 << 63) - 1
 
 
 @dataclass(slots=True, eq=False)
@@ -25,7 +25,7 @@ class Machine(InBlock):
     library: Library = field(init=False, repr=False)
     _words: memoryview = field(init=False, repr=False)
     _pointer: object = field(init=False, repr=False)
-    _run: Callable[[object, int], int] = field(init=False, repr=False)
+    _run: Callable[..., int] = field(init=False, repr=False)
     _fed: bytes | None = field(init=False, repr=False)
     _ahead: bytearray = field(init=False, repr=False)
     _prepared: int = field(init=False, repr=False)
@@ -36,9 +36,13 @@ class Machine(InBlock):
         data[FIRST_SCAN] = 1
         self.library = Library(self.native)
         self._pointer, self.memory = self.library.memory(data)
-        self._words, self._run = self.memory.cast("q"), self.library.run
+        self._words, self._run = self.memory.cast("q"), self._entry()
         self._fed, self._ahead, self._prepared = None, bytearray(), 0
         return layout
+
+    def _entry(self) -> Callable[..., int]:
+        """The function of the library that executes."""
+        return self.library.run
 
     def close(self) -> None:
         InBlock.close(self)
@@ -71,7 +75,7 @@ class Machine(InBlock):
 
     def _execute(self, schedule: Schedule) -> None:
         limit = schedule.task.watchdog
-        self._words[_WATCHDOG] = min(limit, _MOST)
+        self._words[_WATCHDOG] = min(limit, MOST)
         run, pointer = self._run, self._pointer
         for number in schedule.runs:
             if run(pointer, number):

@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections.abc import Callable
 
 from ldc.il.flat import JUMPS, Flat
+from ldc.il.pieces import FORGETS
 from ldc.il.program import Instr
 from ldc.records import record
 from ldc.types import REAL, Instance, Type, default, is_scalar, storage
@@ -19,7 +20,7 @@ from runtime.vm import expression as ex
 from runtime.vm.access import Access
 from runtime.vm.calls import SELECTIONS, is_integral
 from runtime.vm.expression import Expression
-from runtime.vm.writer import FORGETS, BadCode
+from runtime.vm.writer import BadCode
 
 ARITY = 8
 
@@ -100,8 +101,8 @@ class Body(Access):
                 self._emit("while True:")
                 self.indent += 1
                 ends.append(self.plan.loops.ends[at] + 1)
-            if at in flat.starts:
-                self._rung(at)
+            if at in flat.starts or at in flat.labels:
+                self._arrive(at)
             if at in flat.labels:
                 self.acc = None
             elif at in flat.starts and (instr.op in FORGETS) and not self.stack:
@@ -129,8 +130,8 @@ class Body(Access):
         elif not self.lines:
             self._emit("pass")
 
-    def _rung(self, at: int) -> None:
-        """A rung begins."""
+    def _arrive(self, at: int) -> None:
+        """A rung begins, or something jumps here."""
 
     def _tick(self, target: int) -> None:
         """The jump in work goes backwards."""

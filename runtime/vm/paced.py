@@ -1,7 +1,8 @@
 """A virtual machine whose tasks can be pre-empted between rungs, and whose code takes time.
 
-The body of a PROGRAM is a generator that stops between rungs; blocks and functions called in a rung belong to
-its piece, and so do loops inside of it. Results are those of the machine that executes at once.
+The body of a PROGRAM is a generator that stops between pieces (``ldc.il.pieces``); blocks and functions
+called in a rung belong to its piece, and so do loops inside of it. Results are those of the machine that
+executes at once.
 """
 
 from __future__ import annotations
@@ -9,19 +10,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import accumulate
 
+from ldc.il.pieces import Passes, pieces
 from ldc.il.program import Unit
 from runtime.cost import Cost, Costs
-from runtime.faults import FAULTS, Place
+from runtime.faults import FAULTS
 from runtime.layout import FIRST_SCAN, NOW
 from runtime.machine import Schedule
+from runtime.pieces import PieceCosts, Pieces, piece_costs
 from runtime.vm import machine
 from runtime.vm.calls import Calls
 from runtime.vm.codegen import Body
 from runtime.vm.loader import Code, Watchdog, load
 from runtime.vm.names import Names
-from runtime.vm.writer import FORGETS
 
 
 class PacedBody(Body):
@@ -29,12 +30,15 @@ class PacedBody(Body):
 
     def __init__(self, unit: Unit, names: Names, function: str, pool: Calls, costs: Costs) -> None:
         super().__init__(unit, names, function, pool)
-        self._sums = list(accumulate(map(costs.one, self.flat.code), initial=0))
+        self._passes = Passes(unit, self.flat, costs.one)
         self._paced = unit.kind == "PROGRAM"
-        self._first = self.flat.places[0][0] if self.flat.places else 0
+        self._pieces = pieces(self.flat)
+        self._begins = frozenset(self._pieces.begins)
+        self._entered = self._pieces.entered(self.flat)
 
     def _prologue(self) -> list[str]:
-        return [*super()._prologue(), f"rung = {self._first}"] if self._paced else super()._prologue()
+        first = self._pieces.rungs[0] if self._pieces.rungs else 0
+        return [*super()._prologue(), f"rung = {first}"] if self._paced else super()._prologue()
 
     def _result(self) -> str:
         return "return rung" if self._paced else super()._result()
@@ -45,10 +49,10 @@ class PacedBody(Body):
             self._emit("return rung")
             self._emit("yield")  # never reached: it makes a body with one rung a generator too
 
-    def _rung(self, at: int) -> None:
-        number = self.flat.places[at][0]
-        if not self._paced or self.stack or self.flat.code[at].op not in FORGETS:
+    def _arrive(self, at: int) -> None:
+        if not self._paced or not (at in self._begins or at in self._entered):
             return
+        number = self._pieces.rungs[self._pieces.number(at)]
         if at in self.flat.labels:
             self._emit(f"if rung != {number}: yield rung")
         elif at:
@@ -56,7 +60,7 @@ class PacedBody(Body):
         self._emit(f"rung = {number}")
 
     def _tick(self, target: int) -> None:
-        self._emit(f"_tick({self._sums[self.at + 1] - self._sums[target]})")
+        self._emit(f"_tick({self._passes.cost(self.at, target)})")
 
 
 @dataclass(slots=True)
@@ -76,7 +80,11 @@ class Machine(machine.Machine):
     it go by."""
 
     cost: Cost = field(kw_only=True, default_factory=Cost)
-    costs: dict[int, tuple[int, ...]] = field(init=False, repr=False)
+    _costs: PieceCosts = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        machine.Machine.__post_init__(self)
+        self._costs = piece_costs(self, self.cost)
 
     def _code(self) -> Code:
         costs = Costs(self.program, self.cost)
@@ -84,78 +92,34 @@ class Machine(machine.Machine):
         def body(unit: Unit, names: Names, function: str, pool: Calls) -> Body:
             return PacedBody(unit, names, function, pool, costs)
 
-        code = load(self.program, self.resource, self.bindings, body, Meter())
-        units = code.layout.units
-        self.costs = {n: costs.rungs(units[run.pou.upper()])
-                      for n, (run, _) in enumerate(code.layout.programs)}
-        return code
+        return load(self.program, self.resource, self.bindings, body, Meter())
 
     def _execute(self, schedule: Schedule) -> None:
         deque(self.pieces(schedule), maxlen=0)
 
     def pieces(self, schedule: Schedule, now_ns: int | None = None) -> Iterator[int]:
-        return Pieces(self, schedule, self.now_ns if now_ns is None else now_ns)
+        now = self.now_ns if now_ns is None else now_ns
+        return _Pieces(self, schedule, now, self._costs, self.cost.task)
 
 
-class Pieces:
-    """One execution of a task: each ``next`` executes one rung and tells what it cost, in ns. The time and
-    FIRST_SCAN stand still in it, whatever other tasks execute between two pieces. A fault stops the task; the
-    rung that it happened in costs nothing. The length hint is 0 after the last piece, else 1."""
+class _Pieces(Pieces):
+    """``_body``: the generator of the program instance in work."""
 
-    def __init__(self, on: Machine, schedule: Schedule, now_ns: int) -> None:
-        self._machine, self._schedule, self._now = on, schedule, now_ns
-        self._namespace, self._meter = on.code.namespace, on.code.watchdog
-        self._first = self._namespace[FIRST_SCAN]
-        self._left = schedule.task.watchdog
-        self._extra = on.cost.task
-        self._runs = iter(schedule.runs)
-        self._rung = 0
-        self._number = -1
-        self._body: Iterator[int] | None = None
-        self._enter()
+    def _begin(self, number: int) -> None:
+        self._body = self._machine.code.bodies[number]()
 
-    def _enter(self) -> None:
-        """Goes on with the next program instance of the task."""
-        number = next(self._runs, None)
-        if number is None:
-            self._body = None
-        else:
-            self._number, self._body = number, self._machine.code.bodies[number]()
-
-    def __iter__(self) -> Pieces:
-        return self
-
-    def __length_hint__(self) -> int:
-        return self._body is not None
-
-    def __next__(self) -> int:
-        if self._body is None or self._schedule.stopped:
-            raise StopIteration
-        namespace, meter = self._namespace, self._meter
+    def _step(self) -> tuple[int, int, bool] | None:
+        code = self._machine.code
+        namespace, meter = code.namespace, code.watchdog
         namespace[NOW], namespace[FIRST_SCAN] = self._now, self._first
         meter.limit, meter.left, meter.spent = self._schedule.task.watchdog, self._left, 0
-        number = self._number
+        goes_on = True
         try:
-            self._rung = next(self._body)
+            rung = next(self._body)
         except StopIteration as end:
-            self._rung = end.value
-            self._enter()
+            rung, goes_on = end.value, False
         except FAULTS as error:
-            self._machine.stop(self._schedule, error, self._machine.code.trace(error.__traceback__))
-            self._body = None
-            return 0
+            self._machine.stop(self._schedule, error, code.trace(error.__traceback__))
+            return None
         self._left = meter.left
-        costs = self._machine.costs[number]
-        spent = (costs[self._rung] if costs else 0) + meter.spent + self._extra
-        self._extra = 0
-        return spent
-
-    @property
-    def place(self) -> Place:
-        """The rung that was executed last."""
-        layout = self._machine.code.layout
-        unit = layout.units[layout.programs[self._number][0].pou.upper()]
-        if not unit.rungs:
-            return Place(unit.name, "", -1)
-        rung = unit.rungs[self._rung]
-        return Place(unit.name, rung.key, -1, -1, rung.span)
+        return rung, meter.spent, goes_on

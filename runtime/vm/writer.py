@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ldc.il.control import Plan, plan
 from ldc.il.flat import Flat, flatten
+from ldc.il.pieces import FORGETS
 from ldc.il.program import Unit
 from ldc.types import Type
 from runtime.vm import expression as ex
@@ -12,8 +13,6 @@ from runtime.vm.expression import Expression
 from runtime.vm.names import Names
 
 LONGEST, DEEPEST = 600, 25
-# Instructions that neither use the accumulator nor keep it.
-FORGETS = frozenset({"LD", "LDN", "LABEL", "CAL", "JMP", "RET", "EXT"})
 
 
 class BadCode(Exception):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from ldc.backends import findings
@@ -13,15 +13,16 @@ from ldc.diagnostics import Diagnostics
 from ldc.il import block
 from ldc.il.external import Binding
 from ldc.il.layout import Layout
-from ldc.il.program import Program
+from ldc.il.program import Instr, Program
 
 
 def planned(program: Program, layout: Layout, resource: int, bindings: Iterable[Binding] = (),
-            areas: Mapping[str, int] | None = None, sanitize: bool = False) -> BuildPlan:
+            areas: Mapping[str, int] | None = None, sanitize: bool = False,
+            cost: Callable[[Instr], int] | None = None) -> BuildPlan:
     """The files for one resource of a program with the layout of its image. ``bindings``: its components in C
-    and C++; ``areas``: the sizes of I, Q and M of the build before."""
+    and C++; ``areas``: the sizes of I, Q and M of the build before; ``cost``: as of ``emit.plan``."""
     memory = block.make(program, layout, resource, areas)
-    return emit.plan(memory, gcc.FLAGS + (gcc.SANITIZE if sanitize else ()), bindings)
+    return emit.plan(memory, gcc.FLAGS + (gcc.SANITIZE if sanitize else ()), bindings, cost)
 
 
 def built(plan: BuildPlan, diagnostics: Diagnostics, folder: Path | None = None) -> Artifact | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from ldc.backends.c import components
 from ldc.backends.c.units import UnitCode, inline, translate
@@ -10,6 +10,7 @@ from ldc.backends.c.values import Callee
 from ldc.backends.room import Room, digest
 from ldc.il.block import Block
 from ldc.il.external import Binding
+from ldc.il.program import Instr
 from ldc.records import record
 
 HEADER = "ldc_runtime.h"
@@ -47,12 +48,14 @@ class BuildPlan:
     digest: str
 
 
-def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = ()) -> BuildPlan:
-    """The files of one resource of a program; ``bindings``: its components in C and C++, which were built."""
+def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = (),
+         cost: Callable[[Instr], int] | None = None) -> BuildPlan:
+    """The files of one resource of a program; ``bindings``: its components in C and C++, which were built;
+    ``cost``: what an instruction costs in ns: PROGRAMs are then executed piece by piece (``ldc_step``)."""
     known = {b.unit.upper(): b for b in bindings}
     natives = [unit for unit in block.program.units if unit.external is not None]
     debug = "-g" in flags
-    codes = _translated(block)
+    codes = _translated(block, cost)
     header = _ROOM.read(HEADER)
     made = [_file(f"{chunk.name}.c", _ROOM.render("chunk.c.j2", chunk=chunk), header, flags, debug)
             for code in codes for chunk in code.chunks]
@@ -61,7 +64,8 @@ def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = ())
         heads=[f.head for code in codes for chunk in code.chunks for f in chunk.functions]
         + [code.driver.head for code in codes], drivers=[code.driver for code in codes], size=block.size,
         runs=[code.callee.name for code in codes if code.unit.kind == "PROGRAM"],
-        components=[components.bound(unit) for unit in natives])
+        components=[components.bound(unit) for unit in natives], paced=cost is not None,
+        frame=max((len(code.driver.frame) for code in codes if code.driver.paced), default=0))
     for unit in natives:
         wrapper = components.wrapper(block, unit, known[unit.name.upper()])
         text = _ROOM.render("component.c.j2", wrapper=wrapper)
@@ -77,18 +81,18 @@ def plan(block: Block, flags: tuple[str, ...], bindings: Iterable[Binding] = ())
                      tuple(known[unit.name.upper()] for unit in natives), whole)
 
 
-def _translated(block: Block) -> list[UnitCode]:
+def _translated(block: Block, cost: Callable[[Instr], int] | None) -> list[UnitCode]:
     callees: dict[str, Callee] = {}
     codes: list[UnitCode] = []
     for unit in block.program.units:
         if unit.standard:
             callees[unit.name.upper()] = inline(block, unit)
         elif unit.kind != "PROGRAM":
-            code = translate(block, unit, len(codes), callees)
+            code = translate(block, unit, len(codes), callees, cost=cost)
             callees[unit.name.upper()] = code.callee
             codes.append(code)
     for run in block.program.resources[block.resource].runs:
-        codes.append(translate(block, block.units[run.pou.upper()], len(codes), callees, run.name))
+        codes.append(translate(block, block.units[run.pou.upper()], len(codes), callees, run.name, cost))
     return codes
 
 

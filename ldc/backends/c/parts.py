@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from zlib import crc32
 
+from ldc.il.pieces import pieces
 from ldc.il.statements import Statement
 from ldc.il.structure import Structured
 from ldc.records import record
@@ -28,21 +29,22 @@ class Cut:
     statements: tuple[Statement, ...]
 
 
-def cut(code: Structured) -> list[list[Cut]]:
-    """The chunks of a POU, each a list of its parts."""
+def cut(code: Structured, paced: bool = False) -> list[list[Cut]]:
+    """The chunks of a POU, each a list of its parts; ``paced``: each piece (``ldc.il.pieces``) is a part."""
     flat, keys = code.flat, [rung.key for rung in code.unit.rungs]
-    begins = {flat.places[at][0]: at for at in sorted(code.seams, reverse=True) if at < len(flat.code)}
+    apart = pieces(flat).rungs if paced else ()
+    begins = frozenset(flat.places[at][0] for at in code.seams if not paced)
     by_rung: dict[int, list[Statement]] = {}
     for statement in code.statements:
         if statement.at < len(flat.places):
             by_rung.setdefault(flat.places[statement.at][0], []).append(statement)
     chunks: list[list[Cut]] = [[]]
-    first, held, rungs_in_chunk = 0, [], 0
+    first, held, rungs_in_chunk = apart[0] if apart else 0, [], 0
     names: dict[str, int] = {}
 
     def close(end: int) -> None:
         nonlocal held, first, rungs_in_chunk
-        if held:
+        if held or apart:
             mark = crc32(keys[first].encode())
             stem = f"{mark:08x}"
             names[stem] = names.get(stem, 0) + 1
@@ -56,9 +58,10 @@ def cut(code: Structured) -> list[list[Cut]]:
             rungs_in_chunk += count
         first, held = end, []
 
-    for number in range(len(keys)):
+    later = frozenset(apart[1:])
+    for number in range(first, len(keys)):
         count = number - first
-        if number in begins and count and (
+        if number in later or number in begins and count and (
                 count >= LONGEST or len(held) >= MOST_STATEMENTS
                 or count >= LEAST and crc32(keys[number].encode()) % 8 == 0):
             close(number)

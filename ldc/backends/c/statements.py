@@ -15,6 +15,7 @@ from ldc.backends.c.places import Address
 from ldc.backends.c.values import Callee, Values
 from ldc.expr import Apply, Expr, Load
 from ldc.il.c_types import c_type
+from ldc.il.pieces import Passes
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
 from ldc.il.structure import may_fault
@@ -24,10 +25,12 @@ from ldc.types import Array, Type
 @dataclass(slots=True)
 class Part(Values):
     """One C function in work. ``callees``: POUs by name in capitals; ``labels``: the C label of a flat
-    position of this part; ``far``: the number by which a part is left for a label of another one."""
+    position of this part; ``far``: the number by which a part is left for a label of another one; ``passes``:
+    what further passes of loops cost, None: nobody asks."""
 
     callees: Mapping[str, Callee] = field(default_factory=dict)
     labels: Mapping[int, str] = field(default_factory=dict)
+    passes: Passes | None = None
     far: Mapping[int, int] = field(default_factory=dict)
     _line: tuple[str, int] | None = None
 
@@ -167,6 +170,9 @@ class Part(Values):
         steps = []
         if statement.target <= statement.at:
             steps.append(f"if (LDC_RARE(!LDC_SYSTEM(m)->watchdog--)) return ldc_expired({self.where()});")
+            cost = 0 if self.passes is None else self.passes.cost(statement.at, statement.target)
+            if cost:
+                steps.append(f"LDC_SYSTEM(m)->spent += {cost};")
         near = self.labels.get(statement.target)
         steps.append(f"goto {near};" if near else f"return {self.far[statement.target]};")
         self._when(statement.condition, steps)

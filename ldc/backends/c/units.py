@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ldc.backends.c.ctypes import by_address, is_string, width
 from ldc.backends.c.frames import frame
@@ -13,7 +13,8 @@ from ldc.backends.c.values import Callee, Shared
 from ldc.expr import Apply, Load
 from ldc.il.block import Block
 from ldc.il.c_types import c_type
-from ldc.il.program import Unit
+from ldc.il.pieces import Passes
+from ldc.il.program import Instr, Unit
 from ldc.il.statements import Goto
 from ldc.il.structure import Structured, structure
 from ldc.records import record
@@ -46,7 +47,7 @@ class Chunk:
 class Driver:
     """The function that runs a POU: ``parts`` in order with their arguments; ``far``: number of a label that
     another part jumps to -> the part that it is in (their count: the end); ``enter`` and ``leave`` move the
-    arguments of a FUNCTION; ``frame``: the bytes of its frame."""
+    arguments of a FUNCTION; ``frame``: the bytes of its frame; ``paced``: each call executes one part."""
 
     head: str
     number: int
@@ -55,6 +56,7 @@ class Driver:
     frame: bytes
     enter: tuple[str, ...] = ()
     leave: tuple[str, ...] = ()
+    paced: bool = False
 
 
 @record
@@ -69,13 +71,16 @@ class UnitCode:
 
 
 def translate(block: Block, unit: Unit, number: int, callees: Mapping[str, Callee],
-              run: str | None = None) -> UnitCode:
+              run: str | None = None, cost: Callable[[Instr], int] | None = None) -> UnitCode:
     """The C of a unit; ``run`` names the instance of a PROGRAM. ``number``: how its driver calls itself in
-    the trace of a fault; ``callees``: all POUs that it may call, by name in capitals."""
+    the trace of a fault; ``callees``: all POUs that it may call, by name in capitals; ``cost``: what an
+    instruction costs in ns, for code that is executed piece by piece."""
     code = _structured(block, unit, run)
     offsets, data = frame(block, code)
     names = Names(block, unit, run, code.temporaries, offsets)
-    cuts = cut(code)
+    paced = run is not None and cost is not None
+    passes = None if cost is None else Passes(unit, code.flat, cost)
+    cuts = cut(code, paced)
     label = f"{'run' if run else 'pou'}_{c_name(run or unit.name).upper()}"
     parts = [part for chunk in cuts for part in chunk]
     far = _far(code, parts)
@@ -85,8 +90,8 @@ def translate(block: Block, unit: Unit, number: int, callees: Mapping[str, Calle
     for chunk in cuts:
         shared, made = Shared(), []
         for part in chunk:
-            function = _function(part, Part(names, code, shared, part.first, callees=callees), far,
-                                 f"{label}_{part.name}", parameters)
+            work = Part(names, code, shared, part.first, callees=callees, passes=passes)
+            function = _function(part, work, far, f"{label}_{part.name}", parameters)
             made.append(function)
             arguments = ", ".join(p[-1] for p in parameters)
             called.append((function.name, arguments, bool(function.entries)))
@@ -94,9 +99,11 @@ def translate(block: Block, unit: Unit, number: int, callees: Mapping[str, Calle
         chunks.append(Chunk(f"{label}_{chunk[0].name}", title, shared, tuple(made)))
     faults = any("return ldc_" in line for chunk in chunks for f in chunk.functions for line in f.lines)
     head, enter, leave = _signature(block, unit, label, offsets)
+    if paced:
+        head = f"int32_t {label}(uint8_t *m, ldc_pace *p)"
     ends = {n: next((i for i, p in enumerate(parts) if p.first <= rung < p.end), len(parts))
             for n, rung in far.values()}
-    driver = Driver(head, number, tuple(called), tuple(ends.items()), data, enter, leave)
+    driver = Driver(head, number, tuple(called), tuple(ends.items()), data, enter, leave, paced)
     if len(called) == 1 and not (faults or data or far or run):
         callee = Callee(called[0][0], f"{chunks[0].functions[0].head};", False)
     else:

@@ -8,10 +8,11 @@
 #include <stdint.h>
 
 #define LDC_ABI 1
-#define LDC_TRACE 121
+#define LDC_TRACE 120
 
 /* The begin of the block of memory. ``trace``: pairs that tell where a fault was, innermost first: rung and
-   instruction in a chunk, then unit and chunk, then the same of the caller, and so on. */
+   instruction in a chunk, then unit and chunk, then the same of the caller, and so on. ``spent``: what further
+   passes of loops cost, added up in code that is executed piece by piece. */
 typedef struct {
     int64_t now;
     uint64_t watchdog;
@@ -22,7 +23,20 @@ typedef struct {
     uint32_t depth;
     uint32_t reserved;
     uint32_t trace[LDC_TRACE][2];
+    uint64_t spent;
 } ldc_system;
+
+/* One execution of a PROGRAM piece by piece: what it sees of ``ldc_system``, whatever is executed between two
+   pieces, and where it stands. ``part``: the one that was executed last; ``at``: the next one, LDC_BEGIN before
+   the first; ``entry``: the label in it, 0: its begin. */
+typedef struct {
+    int64_t now;
+    uint64_t watchdog, spent;
+    uint32_t first_scan, part, at, entry;
+    uint8_t frame[];
+} ldc_pace;
+
+#define LDC_BEGIN UINT32_MAX
 
 enum { LDC_OK = 0, LDC_RETURN = -1, LDC_FAULT = -2 };
 enum { LDC_DIVISION = 1, LDC_INDEX = 2, LDC_INDEX_UNSIGNED = 3, LDC_WATCHDOG = 4 };
