@@ -368,6 +368,7 @@ STEPS = {
                         '    { module = "feed", until = "x" },\n    { module = "press" },\n]\n'),
     "one line": ('steps = ["feed", "pack"]\n', 'steps = ["feed", "press", "pack"]\n'),
     "none of the module before": ('steps = ["pack"]\n', 'steps = ["pack", "press"]\n'),
+    "written already": (*['steps = [\n    "press",\n    "feed",\n]\n'] * 2,),
     "no steps": ("repeat = false\n", "repeat = false\n"),
 }
 

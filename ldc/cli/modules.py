@@ -34,7 +34,7 @@ def inserted(sources: Sources, module: str, after: str | None) -> Iterator[None]
 
 def with_module(manifest: Manifest, module: str, after: str | None, starts: bool = False) -> str:
     """The text of the project file with one more module. ``starts``: it is one that a sequence starts: where the
-    project writes the steps of its own, it has one behind the last step of the module before."""
+    project writes the steps of its own and none of it, it has one behind the last step of the module before."""
     names = [name.upper() for name in manifest.modules]
     text = manifest.source.text
     if module.upper() in names:
@@ -50,8 +50,9 @@ def with_module(manifest: Manifest, module: str, after: str | None, starts: bool
     name = json.dumps(module)
     edits = [(manifest.spans["project", "modules", number].value.end, f", {name}")]
     sequence = manifest.coordination.sequence
-    if starts and sequence is not None and sequence.steps is not None:
-        edits.append(_step(manifest, sequence.steps, names[number], name))
+    steps = sequence.steps if starts and sequence is not None else None
+    if steps is not None and not any(step.module.upper() == module.upper() for step in steps):
+        edits.append(_step(manifest, steps, names[number], name))
     for at, more in sorted(edits, reverse=True):
         text = f"{text[:at]}{more}{text[at:]}"
     return text
