@@ -11,7 +11,7 @@ from explore import ends, explore
 
 from runtime.protocol import receiver as receiving
 from runtime.protocol import sender as sending
-from runtime.protocol.check import Algorithm, Parameter, Situation, adata_of, values_of
+from runtime.protocol.check import Algorithm, Parameter, Situation, adata_of
 from runtime.protocol.envelope import Command
 from runtime.protocol.profile import Channel, Link, Profile
 
@@ -116,7 +116,7 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
     def given(state: State, event: object) -> State:
         if not isinstance(event, receiving.Delivered) or event.envelope.cmd == Command.RESET:
             return state
-        value = values_of(event.envelope, ALGORITHM)[1]
+        (value,) = event.values
         taken = (*state.taken, value)
         wrong = "" if taken == tuple(range(1, value + 1)) else f"took {taken}"
         return state._replace(taken=taken, wrong=wrong)

@@ -13,7 +13,7 @@ from ldc.il.placement import Placed, placed, points
 from runtime.field import Field, field_size
 from runtime.processors.invariants import Snapshot, violations
 from runtime.processors.states import Master
-from runtime.protocol.check import Situation, adata_of, values_of
+from runtime.protocol.check import Situation, adata_of
 from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import allocate, shared_size, watch
@@ -135,8 +135,8 @@ class MasterEnd:
     def poll(self) -> None:
         for event in self.end.poll():
             if isinstance(event, Delivered) and event.envelope.cmd != Command.RESET:
-                values = values_of(event.envelope, self.fed)
-                self.told.append({p.name: values[p.pid] for p in self.placed.feedback})
+                names = (p.name for p in self.placed.feedback)
+                self.told.append(dict(zip(names, event.values, strict=True)))
             else:
                 self.events.append(event)
 

@@ -18,7 +18,7 @@ from protocol_pair import AID, SITUATION, Side, drive, links, payload, serve
 
 from ldc.il.areas import PROCESSORS
 from runtime.processors.invariants import i7
-from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, check, values_of
+from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, check
 from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import HEAD, LAST_SEQ, Command, Envelope, crc16, decode, encode, head, intact
 from runtime.protocol.literal import (
@@ -153,8 +153,10 @@ def test_numbers_of_transfers_begin_again_from_1() -> None:
     assert check(slot(seq=LAST_SEQ + 1), last, HALL).code == Code.SEQ
 
 
-def test_values_of_an_envelope() -> None:
-    assert values_of(LAST._replace(adata=GOOD), VALVE) == {1: 55.0, 2: 1, 3: 1000}
+def test_values_of_an_envelope_come_in_the_order_of_the_parameters() -> None:
+    mixed = b"".join(GOOD[at : at + 8] for at in (16, 0, 8))
+    for adata in (GOOD, mixed):
+        assert check(slot(adata=adata), LAST, HALL).values == (55.0, 1, 1000)
 
 
 @pytest.mark.parametrize("made", [

@@ -89,8 +89,8 @@ def test_a_flag_that_is_disturbed_at_any_moment_loses_and_repeats_nothing(profil
 
 def test_the_exploration_finds_what_is_wrong(monkeypatch) -> None:
     """Without the memory of what was taken, a retry is taken twice."""
-    monkeypatch.setattr(receiving, "check", lambda slot, previous, situation: checking.Verdict(
-        checking.Code.OK, 1, checking.decode(checking.head(slot), slot)))
+    monkeypatch.setattr(receiving, "check", lambda slot, previous, situation: checking.check(
+        slot, None, situation))
     assert "took (1, 1)" in check(U_STAR, Limits(late=True), transfers=1).wrong
 
 

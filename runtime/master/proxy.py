@@ -15,7 +15,7 @@ from ldc.types import BOOL
 from runtime.machine import Machine
 from runtime.processors.states import Algorithm as State
 from runtime.protocol import receiver, sender
-from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, values_of
+from runtime.protocol.check import Algorithm, Code, Parameter, Situation
 from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Memory
@@ -68,24 +68,23 @@ class Proxy:
         self.error = 0
         self._machine: Machine | None = None
         self._read: Callable[[], Pins] = tuple
-        self._outputs: dict[int, Symbol] = {}
+        self._outputs: tuple[tuple[Symbol, bool], ...] = ()
         self._raw: Pins | None = None
         self._good: Pins = ()
         self._sent: Pins = ()
         self._command: Command | None = None
         self._open: Command | None = None
         self._armed = True
-        self._box: dict[int, object] | None = None
+        self._box: tuple[float, ...] | None = None
 
     def bind(self, machine: Machine) -> None:
         """Goes on with the variables of a machine."""
         def symbols(pins: Iterable[PlacedPin]) -> tuple[Symbol, ...]:
             return machine.find(f"{self.placed.path}.{pin.variable}" for pin in pins)
 
-        fed = self.placed.feedback[:-1]
         self._machine, self._raw = machine, None
         self._read = machine.reader(symbols(self.placed.parameters))
-        self._outputs = dict(zip((pin.pid for pin in fed), symbols(fed), strict=True))
+        self._outputs = tuple((s, s.type == BOOL) for s in symbols(self.placed.feedback[:-1]))
 
     # ---- in the scan -----------------------------------------------------------------------------
 
@@ -94,11 +93,10 @@ class Proxy:
         box, self._box = self._box, None
         if box is None:
             return None
-        for pid, symbol in self._outputs.items():
-            value = box[pid]
-            self._machine.assign(symbol, value != 0 if symbol.type == BOOL else value)
-        self.error, state = box[self.placed.feedback[-2].pid], box[self.placed.feedback[-1].pid]
-        self.state = _STATES[state]
+        assign = self._machine.assign
+        for (symbol, logical), value in zip(self._outputs, box, strict=False):
+            assign(symbol, value != 0 if logical else value)
+        self.error, self.state = box[-2], _STATES[box[-1]]
         if self.state is State.RUNNING:
             return ""
         self._end(self.state is State.DONE)
@@ -148,8 +146,7 @@ class Proxy:
         command, self._command = self._command, None
         adata = b""
         if command is not Command.STOP:
-            values = dict(zip((p.pid for p in self.placed.parameters), self._good, strict=True))
-            adata = adata_of(values, self._taken_by)
+            adata = self._taken_by.packed(self._good)
             self._sent = self._good
         self.endpoint.send(self.placed.aid, command, adata)
         self._open = command
@@ -178,7 +175,7 @@ class Proxy:
 
     def tell_error(self, code: int) -> None:
         """The instance tells a code of P, as if it were fed back."""
-        self._machine.assign(self._outputs[self.placed.feedback[-2].pid], code)
+        self._machine.assign(self._outputs[-1][0], code)
 
     # ---- in the communication thread ---------------------------------------------------------------
 
@@ -205,9 +202,8 @@ class Proxy:
 
     def _learn(self, event: sender.Event | receiver.Event) -> Told | None:
         match event:
-            case receiver.Delivered(envelope) if envelope.cmd != Command.RESET:
-                self._quiet = 0
-                self._box = values_of(envelope, self._fed_back)
+            case receiver.Delivered(envelope, values) if envelope.cmd != Command.RESET:
+                self._quiet, self._box = 0, values
                 return Told.FEEDBACK
             case sender.Done():
                 return self._taken()

@@ -116,12 +116,13 @@ class Situation:
 
 class Verdict(NamedTuple):
     """``token``: as the answer calls it; ``envelope``: None when its bytes cannot be trusted (LEN, CRC);
-    ``again``: it was taken before."""
+    ``again``: it was taken before; ``values``: of its parameters, in their order, when it is OK."""
 
     code: Code
     token: int
     envelope: Envelope | None = None
     again: bool = False
+    values: tuple[float, ...] = ()
 
 
 def check(slot: bytes, previous: Envelope | None, situation: Situation) -> Verdict:
@@ -145,8 +146,10 @@ def check(slot: bytes, previous: Envelope | None, situation: Situation) -> Verdi
         return Verdict(Code.SEQ, name, envelope)
     if resets:
         return Verdict(_OK, name, envelope)
-    code = Code.AID if algorithm is None else _of_data(envelope, algorithm, situation)
-    return Verdict(code, name, envelope)
+    if algorithm is None:
+        return Verdict(Code.AID, name, envelope)
+    code, values = _of_data(envelope, algorithm, situation)
+    return Verdict(code, name, envelope, False, values)
 
 
 _OK = Code.OK
@@ -160,22 +163,23 @@ def _due(h: Head, algorithm: Algorithm | None) -> int:
     return h.len if algorithm is None else algorithm.layout.words.size
 
 
-def _of_data(envelope: Envelope, algorithm: Algorithm, situation: Situation) -> Code:
+def _of_data(envelope: Envelope, algorithm: Algorithm, situation: Situation) -> tuple[Code, tuple]:
+    """The code, and the values in the order of the parameters."""
     cmd, runs, values = envelope.cmd, algorithm.aid in situation.running, ()
     if cmd != _STOP:
         values = _in_order(envelope.adata, algorithm)
         if values is None:
-            return Code.PID
+            return Code.PID, ()
         code = _of_values(values, algorithm, situation)
         if code is not _OK:
-            return code
+            return code, values
     updated = runs or algorithm.aid in situation.ended
     if cmd not in (_START, _UPDATE, _STOP) or cmd == _START and runs or cmd == _UPDATE and not updated:
-        return Code.STATE
+        return Code.STATE, values
     if algorithm.stamp is None or not values:
-        return _OK
+        return _OK, values
     age = situation.now_ms - values[algorithm.layout.pids.index(algorithm.stamp)] & 0xFFFFFFFF
-    return Code.STALE if age > algorithm.max_age_ms else _OK
+    return Code.STALE if age > algorithm.max_age_ms else _OK, values
 
 
 def _in_order(adata: bytes, algorithm: Algorithm) -> tuple | None:
@@ -200,20 +204,10 @@ def _of_values(values: tuple, algorithm: Algorithm, situation: Situation) -> Cod
         if values[n] > 1:
             return Code.TYPE
     for n, p in layout.limited:
-        if not _in_range(p, values[n], situation.values.get((algorithm.aid, p.pid))):
+        value, last = values[n], situation.values.get((algorithm.aid, p.pid))
+        if not p.min <= value <= p.max or last is not None and not abs(value - last) <= p.rate:
             return Code.RANGE
     return _OK
-
-
-def _in_range(p: Parameter, value: float, last: float | None) -> bool:
-    return p.min <= value <= p.max and (last is None or abs(value - last) <= p.rate)
-
-
-def values_of(envelope: Envelope, algorithm: Algorithm) -> dict[int, float]:
-    """The parameters of an envelope that was checked, by pid; of a STOP none."""
-    if not envelope.adata:
-        return {}
-    return dict(zip(algorithm.layout.pids, _in_order(envelope.adata, algorithm), strict=True))
 
 
 def adata_of(values: Mapping[int, float], algorithm: Algorithm) -> bytes:

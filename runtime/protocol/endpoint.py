@@ -6,8 +6,6 @@ is one (communication, SPEC 6.1), for a word of flags has one writer.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from runtime.protocol import receiver as receiving
 from runtime.protocol import sender as sending
 from runtime.protocol.check import Situation
@@ -47,31 +45,29 @@ class Endpoint:
         """Makes the direction that it sends in new, after a fault or at a start."""
         sending.reset(self.sender)
 
-    def poll(self) -> Sequence[Event]:
+    def poll(self) -> tuple[Event, ...]:
         """As many steps of each machine as are possible now, and what has come of them: at most one event of
         each. Both machines stand at a wait then, or at the end of a transfer."""
         sender = self.sender
         first = None if sender.phase in _AT_REST else sending.run(sender, self.out, self.memory)
         second = receiving.run(self.receiver, self.into, self.memory, self.situation)
-        return _events(first, second)
+        if second is None:
+            return () if first is None else (first,)
+        return (second,) if first is None else (first, second)
 
-    def step(self) -> Sequence[Event]:
+    def step(self) -> tuple[Event, ...]:
         """One step of each machine, and what has come of it."""
         first = sending.step(self.sender, self.out, self.memory)
         second = receiving.step(self.receiver, self.into, self.memory, self.situation)
-        return _events(first if first is not True else None, second if second is not True else None)
+        return tuple(event for event in (first, second) if not isinstance(event, bool))
 
-    def tick(self) -> Sequence[Event]:
+    def tick(self) -> tuple[Event, ...]:
         """A period has passed."""
         receiving.tick(self.receiver, self.into)
-        return _events(sending.tick(self.sender, self.out), None)
+        told = None if self.sender.phase in _AT_REST else sending.tick(self.sender, self.out)
+        return () if told is None else (told,)
 
 
 _AT_REST = (sending.Phase.IDLE, sending.Phase.FAULT)
 _WATCH = receiving.Phase.WATCH
 
-
-def _events(first: Event | bool | None, second: Event | bool | None) -> Sequence[Event]:
-    if not first and not second:
-        return ()
-    return [event for event in (first, second) if event]

@@ -28,19 +28,19 @@ class Words:
         self._words = self._bytes.cast("I")
         self.first = first
 
-    def _index(self, address: int) -> int:
-        index = (address - self.first) >> 2
-        if index < 0 or address & 3:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        return index
+    # All of a transfer is these: each finds its word by itself.
 
     def load(self, address: int) -> int:
-        return self._words[self._index(address)]
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        return self._words[at >> 2]
 
     def store(self, address: int, value: int) -> None:
-        self._words[self._index(address)] = value
-
-    # These three are most of a transfer, and find their word by themselves.
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        self._words[at >> 2] = value
 
     def test(self, address: int, mask: int) -> bool:
         """Whether any bit of the mask is 1."""
@@ -66,11 +66,15 @@ class Words:
 
     def read(self, address: int, size: int) -> bytes:
         """A copy of ``size`` bytes. They may be of different moments."""
-        at = self._index(address) * 4
-        return bytes(self._bytes[at : at + size])
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        return self._bytes[at : at + size].tobytes()
 
     def write(self, address: int, data: bytes) -> None:
-        at = self._index(address) * 4
+        at = address - self.first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
         self._bytes[at : at + len(data)] = data
 
     def close(self) -> None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from runtime.protocol.check import Code, Situation, check
 from runtime.protocol.envelope import Command, Envelope
 from runtime.protocol.memory import Watched, Words
-from runtime.protocol.profile import Link
+from runtime.protocol.profile import CLEAR, Link
 from runtime.protocol.sender import act
 
 
@@ -32,9 +32,11 @@ class Phase(IntEnum):
 
 
 class Delivered(NamedTuple):
-    """An envelope that was checked and is given for the first time: data for an algorithm, or a RESET."""
+    """An envelope that was checked and is given for the first time: data for an algorithm, or a RESET.
+    ``values``: of the parameters, in their order; of a STOP or a RESET none."""
 
     envelope: Envelope
+    values: tuple[float, ...] = ()
 
 
 class Refused(NamedTuple):
@@ -66,7 +68,8 @@ class Receiver:
 
 
 _STATE = attrgetter(*Receiver.__dataclass_fields__)
-_WATCH, _OK = Phase.WATCH, Code.OK
+_WATCH, _STATUS, _RELEASED, _OK, _RESET = (
+    Phase.WATCH, Phase.STATUS, Phase.RELEASED, Code.OK, Command.RESET)
 
 Outcome = Event | bool
 """Of a step: what the owner is told; or True: it has gone on, False: it waits."""
@@ -97,10 +100,19 @@ def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) 
     of the next. Flags that are made 0 are no transfer: who was woken for one must not stop before it. As in
     the sender, the most frequent stretch is written out."""
     told, scrubs = None, r.phase is Phase.SCRUB
-    if r.phase is _WATCH and not r.at and link.chunk >= link.channel.size:
-        told = _taken(r, link, memory, situation)
-        if told is None:
+    c = link.channel
+    if r.phase is _WATCH and not r.at and link.chunk >= c.size:
+        if not memory.test(c.running, c.mask) or memory.test(c.begin, c.mask) != link.profile.ready:
             return None
+        told = _taken(r, link, memory, situation)
+    if r.phase is _RELEASED and not r.at:
+        for r.at, flag in enumerate(link.released):
+            if memory.test(flag, c.mask):
+                return None if told is True else told
+        for kind, at in link.rest:
+            (memory.clear if kind == CLEAR else memory.set)(at, c.mask)
+        r.phase, r.at = _WATCH, 0
+        return None if told is True else told
     while (outcome := _STEPS[r.phase](r, link, memory, situation)) is not False:
         if outcome is not True:
             told = outcome
@@ -111,21 +123,19 @@ def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) 
     return None if told is True else told
 
 
-def _taken(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome | None:
-    """S1 to S4 at once, of a RESET S1 and S2; None: nothing is sent, or not all of it."""
+def _taken(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome:
+    """S2 to S4 at once, of a RESET S2."""
     c = link.channel
-    if not memory.test(c.running, c.mask) or memory.test(c.begin, c.mask) != link.profile.ready:
-        return None
     r.waited = 0
     memory.set(c.busy, c.mask)
     r.frame = memory.read(c.slot, c.size)
     told = _check(r, link, memory, situation)
-    if r.phase is Phase.STATUS:
+    if r.phase is _STATUS:
         memory.store(c.status, r.token << 8 | r.code)
         memory.set(c.nack if r.code else c.ack, c.mask)
-        for line in link.answered:
-            act(line, link, memory)
-        r.phase = Phase.RELEASED
+        for kind, at in link.answered:
+            (memory.clear if kind == CLEAR else memory.set)(at, c.mask)
+        r.phase = _RELEASED
     return told
 
 
@@ -161,17 +171,17 @@ def _read(r: Receiver, link: Link, memory: Words | Watched, situation: Situation
 def _check(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> Outcome:
     """S2. What is taken is taken here: whatever happens to the answer, it is not given again."""
     verdict = check(r.frame, r.previous, situation)
-    r.phase, r.code, r.token, r.frame = Phase.STATUS, verdict.code, verdict.token, b""
+    r.phase, r.code, r.token, r.frame = _STATUS, verdict.code, verdict.token, b""
     if verdict.code is not _OK:
         return Refused(verdict.code)
     if verdict.again:
         return True
     envelope = verdict.envelope
-    if envelope.cmd == Command.RESET:
+    if envelope.cmd == _RESET:
         r.last = r.previous.seq if r.previous is not None else 0
         r.phase = Phase.LAST
     r.previous = envelope
-    return Delivered(envelope)
+    return Delivered(envelope, verdict.values)
 
 
 def _last(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:

@@ -89,7 +89,8 @@ class Sender:
 
 
 _STATE = attrgetter(*Sender.__dataclass_fields__)
-_IDLE, _REST, _ANSWER, _CLOSE = Phase.IDLE, Phase.REST, Phase.ANSWER, Phase.CLOSE
+_IDLE, _REST, _ANSWER, _STATUS, _CLOSE = (
+    Phase.IDLE, Phase.REST, Phase.ANSWER, Phase.STATUS, Phase.CLOSE)
 _OK, _RESET = Code.OK, Command.RESET
 
 Outcome = Event | bool
@@ -145,16 +146,17 @@ def run(s: Sender, link: Link, memory: Words | Watched) -> Event | None:
     """Steps until one waits or has something to tell: the same accesses as those of ``step`` again and again
     (tests/test_protocol_model.py compares them in every state). The stretches of which nearly every transfer
     consists are written out, because steps cost more than what they do."""
-    if s.phase is _REST and not s.at and s.copied == 4 and link.chunk >= len(s.frame):
-        if not _sent(s, link, memory):
+    if (s.phase is _REST and not s.at and s.copied == 4 and link.chunk >= len(s.frame)
+            and not _sent(s, link, memory)):
+        return None
+    if s.phase is _ANSWER and not s.at:
+        c = link.channel
+        if not memory.test(c.ack, c.mask) and not memory.test(c.nack, c.mask):
             return None
-    elif s.phase is _ANSWER and not s.at and memory.test(link.channel.ack, link.channel.mask):
-        s.at = 2
-        if link.profile.settled and memory.test(link.channel.busy, link.channel.mask):
+        if link.profile.settled and memory.test(c.busy, c.mask):
+            s.at = 2
             return None
-        s.phase, s.at = Phase.STATUS, 0
-    elif s.phase is _ANSWER and not s.at:
-        s.at = 1
+        s.phase = _STATUS
     while (outcome := _STEPS[s.phase](s, link, memory)) is True:
         pass
     return outcome or None
@@ -247,7 +249,7 @@ def _answer(s: Sender, link: Link, memory: Words | Watched) -> bool:
     elif link.profile.settled:
         s.at = 2
         return True
-    s.phase, s.at = Phase.STATUS, 0
+    s.phase, s.at = _STATUS, 0
     return True
 
 

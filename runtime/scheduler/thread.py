@@ -84,7 +84,8 @@ class Thread:
     priority: int = 0
     on_watchdog: Callable[[int], None] | None = None
     counts: Counts = field(default_factory=Counts, init=False)
-    # What the scheduler notes. ``on``: its processor; ``urgency``: level and priority; ``order``: that and the rank; ``number``:
+    # What the scheduler notes. ``on``: its processor; ``urgency``: level and priority; ``order``: that and
+    # the rank; ``number``:
     # among equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
     on: object = field(init=False, repr=False, default=None)
     urgency: int = field(init=False, repr=False)

@@ -83,7 +83,7 @@ class SlavePart:
         self._profile, self._ack_periods = profile, ack_periods
         self._running = channel(number, True).running
         self._slots: list[Slot] = []
-        self._live: list[Slot] = []
+        self._live: tuple[Slot, ...] = ()
         self._open = self._looked_at = self._tick_at = 0
         self.place(placed, makers)
 
@@ -153,11 +153,6 @@ class SlavePart:
         return bool(self._live)
 
     @property
-    def waiting(self) -> bool:
-        """A transfer is open: ``communicate`` is to be called every millisecond, and when the master has."""
-        return self._open != 0
-
-    @property
     def wanted(self) -> bool:
         """A transfer is open, on this side or by the master."""
         return self._open != 0 or self.memory.shared.load(self._running) != 0
@@ -195,8 +190,8 @@ class SlavePart:
         while True:
             for event in (*events, *end.poll()):
                 match event:
-                    case Delivered(envelope):
-                        self._take(slot, envelope)
+                    case Delivered(envelope, values):
+                        self._take(slot, envelope, values)
                     case Fault():
                         self._link_fails(slot)
             if not (slot.tell and end.ready):
@@ -205,7 +200,7 @@ class SlavePart:
             events = ()
         self._open = self._open & ~slot.mask if end.idle else self._open | slot.mask
 
-    def _take(self, slot: Slot, envelope: Envelope) -> None:
+    def _take(self, slot: Slot, envelope: Envelope, values: tuple[float, ...]) -> None:
         if envelope.cmd == Command.RESET:
             self._reset(slot)
             return
@@ -214,14 +209,14 @@ class SlavePart:
         if envelope.cmd == Command.STOP:
             self._cease(slot)
             return
-        slot.take(envelope)
+        slot.take(envelope.seq, values)
         if envelope.cmd == Command.START and self.state is Slave.ERROR:
             slot.enter(State.ERROR)
             slot.tell = True
         elif envelope.cmd == Command.START:
             slot.live, slot.begun, slot.error = True, False, 0
             slot.enter(slot.state)
-            self._live.append(slot)
+            self._live += slot,
             self._move(SlaveEvent.START)
 
     def _move(self, *events: SlaveEvent) -> None:
@@ -260,7 +255,7 @@ class SlavePart:
         """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate``
         has something to do."""
         now = self._now()
-        for slot in tuple(self._live):
+        for slot in self._live:
             if not slot.live:
                 continue  # another one has led to serror
             if not slot.begun:
@@ -271,27 +266,26 @@ class SlavePart:
 
     def _begin(self, slot: Slot, now: int) -> None:
         """A.START."""
-        slot.begun = slot.first = slot.tell = True
-        slot.due = now
+        slot.begun = slot.tell = True
+        slot.due = slot.last = now
         slot.execute_flag(True)
         slot.enter(follow(ALGORITHM, slot.state, (AlgorithmEvent.CLEAR, AlgorithmEvent.BEGIN)))
         self._move(SlaveEvent.START, SlaveEvent.EXECUTES)
         self._told(units.A_START, slot, now)
 
     def _once(self, slot: Slot, now: int) -> None:
-        placed, algorithm = slot.placed, slot.algorithm
+        algorithm, period = slot.algorithm, slot.placed.period_ns
         if slot.fresh:
             slot.deframe()
             self._told(units.A_DEFRAME, slot, now)
-        elapsed = 0 if slot.first else now - slot.last
-        slot.first, slot.last = False, now
-        slot.due += placed.period_ns
+        elapsed, slot.last = now - slot.last, now
+        slot.due += period
         if slot.due <= now:
-            slot.due = now + placed.period_ns
+            slot.due = now + period
         if self._note is not None:
             self._told(units.A_EXEC, slot, now)
         if self._seen is not None:
-            self._seen(Executed(self.number, slot.seq, placed.aid))
+            self._seen(Executed(self.number, slot.seq, slot.placed.aid))
         try:
             goes_on = algorithm.execute(elapsed)
         except AlgorithmFault as fault:
@@ -303,7 +297,7 @@ class SlavePart:
             self._end(slot, AlgorithmEvent.DONE)
         elif slot.tell or slot.due >= (now // self._scan_ns + 1) * self._scan_ns:
             # The last execution before the next scan: its logic sees what is at most a period old.
-            slot.tell = slot.tell or algorithm.outputs() != slot.sent[:-2]
+            slot.tell = slot.tell or algorithm.outputs() != slot.sent
         if slot.tell and slot.endpoint.ready:
             self._feed(slot)
 
@@ -321,8 +315,7 @@ class SlavePart:
     def _drop(self, slot: Slot, state: State) -> None:
         """It executes no more."""
         slot.live = slot.begun = slot.tell = False
-        if slot in self._live:
-            self._live.remove(slot)
+        self._live = tuple(other for other in self._live if other is not slot)
         slot.execute_flag(False)
         slot.enter(state)
         if not self.executing:
@@ -367,9 +360,8 @@ class SlavePart:
             elif not slot.error:
                 slot.error = NOT_A_NUMBER
                 slot.enter(State.ERROR)
-            values = slot.sent[:-2] or tuple(0 for _ in slot.placed.feedback[:-2])
-        data = slot.message(values)
-        slot.endpoint.send(slot.placed.aid, Command.UPDATE, data)
+            values = slot.sent or tuple(0 for _ in slot.placed.feedback[:-2])
+        slot.endpoint.send(slot.placed.aid, Command.UPDATE, slot.message(values))
         slot.tell = False
         self._open |= slot.mask
         self._told(units.A_FEEDBACK, slot, self._now(), "" if slot.live else "end")

@@ -11,9 +11,8 @@ from ldc.il.placement import Placed, PlacedPin, same_body
 from runtime.field import Field
 from runtime.processors.states import Algorithm as State
 from runtime.protocol.check import Algorithm as Parameters
-from runtime.protocol.check import Parameter, Situation, values_of
+from runtime.protocol.check import Parameter, Situation
 from runtime.protocol.endpoint import Endpoint
-from runtime.protocol.envelope import Envelope
 from runtime.protocol.memory import Memory, bit
 from runtime.slave.algorithm import Maker
 
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
 
 _F32 = 3.4028235677973366e38
 """From here on a number is infinite when it is rounded to 32 bits."""
+
+_CODES = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
 
 _AFE, _AFS, _AD = bit(areas()["AFE"].base)[0], areas()["AFS"].base, areas()["AD"].base
 
@@ -32,29 +33,30 @@ def of_p(aid: int, pins: Iterable[PlacedPin]) -> Parameters:
 
 
 class Slot:
-    """``live``: it was started and has not ended; ``begun``: it has been executed since; ``first``: the next
-    execution is the first one. ``due``, ``last``: when it is and was executed, in ns. ``seq``: the transfer
+    """``live``: it was started and has not ended; ``begun``: it has been executed since. ``due``, ``last``:
+    when it is and was executed, in ns. ``seq``: the transfer
     whose parameters it has, ``fresh``: not in AD yet. ``faulty``: its IL came to a fault and is to be made
     anew. ``tell``: feedback is to go out, ``sent`` what went out last. ``leaves``: what it retains, when
     somebody has asked."""
 
-    __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "first", "due", "last",
+    __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "due", "last",
                  "seq", "fresh", "state", "error", "faulty", "tell", "sent", "leaves", "_memory", "_taken",
-                 "_fed", "_values", "_afs")
+                 "_fed", "_values", "_words", "_afs")
 
     def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory
                  ) -> None:
         self.placed, self.maker, self.endpoint = placed, maker, endpoint
         self.algorithm = maker(placed, field)
         self.mask = 1 << placed.slot
-        self.live = self.begun = self.first = self.fresh = self.faulty = self.tell = False
+        self.live = self.begun = self.fresh = self.faulty = self.tell = False
         self.due = self.last = self.seq = self.error = 0
         self.state = State.IDLE
         self.sent: tuple = ()
         self.leaves: tuple[Leaf, ...] | None = None
         self._memory, self._afs = memory, bit(_AFS + 2 * placed.slot)
         self._taken, self._fed = of_p(placed.aid, placed.parameters), of_p(placed.aid, placed.feedback)
-        self._values: dict[int, float] = {}
+        self._values: tuple[float, ...] = ()
+        self._words = struct.Struct("=" + "".join(_CODES[p.type] for p in placed.parameters))
         self.enter(State.IDLE)
 
     def enter(self, state: State) -> None:
@@ -72,17 +74,15 @@ class Slot:
         """AFE."""
         (self._memory.bits.set if on else self._memory.bits.clear)(_AFE, self.mask)
 
-    def take(self, envelope: Envelope) -> None:
-        """Parameters that P has taken wait for the next execution."""
-        self._values, self.seq, self.fresh = values_of(envelope, self._taken), envelope.seq, True
+    def take(self, seq: int, values: tuple[float, ...]) -> None:
+        """Parameters that P has taken by transfer ``seq`` wait for the next execution."""
+        self._values, self.seq, self.fresh = values, seq, True
 
     def deframe(self) -> None:
         """They go into AD, and to the algorithm."""
         self.fresh = False
-        pins = self.placed.parameters
-        values = [self._values[p.pid] for p in pins]
-        self._memory.data.write(_AD + self.placed.ad, b"".join(map(_word, pins, values)))
-        self.algorithm.take(values)
+        self._memory.data.write(_AD + self.placed.ad, self._words.pack(*self._values))
+        self.algorithm.take(self._values)
 
     def feedback(self) -> tuple[bool | int | float, ...] | None:
         """The outputs of now; None when one is a number that P does not send: none, or infinite."""
@@ -94,8 +94,8 @@ class Slot:
 
     def message(self, values: tuple[bool | int | float, ...]) -> bytes:
         """The data of a feedback with these outputs."""
-        self.sent = *values, self.error, int(self.state)
-        return self._fed.packed(self.sent)
+        self.sent = values
+        return self._fed.packed((*values, self.error, self.state))
 
     def goes_on(self, new: Placed, maker: Maker) -> bool:
         """Whether the algorithm of another placement is this one: same place, same pins, and
@@ -109,7 +109,3 @@ class Slot:
 def executing(memory: Memory) -> int:
     """AFE of a slave: the algorithms that execute, a bit a slot."""
     return memory.bits.load(_AFE)
-
-
-def _word(pin: PlacedPin, value: float) -> bytes:
-    return struct.pack({"f32": "f", "i32": "i"}.get(pin.type, "I"), value)
