@@ -38,7 +38,7 @@ CASES = {
     "falling": (fbd(BOOLS, value(1, "a", edge="falling"), result(2, "q", 1)), "0 1 1 0 1", "00 00 00 10 00"),
     "an output variable that waits for an edge": (anded(result(5, "q", "4.OUT", edge="rising")),
                                                   "0 1 1 0", "00 10 00 00"),
-    "an edge at a pin of a block": (fbd(f"{BOOLS}; n : CTU", value(1, "a", edge="rising"), value(2, "2"), block(
+    "an edge for a block": (fbd(f"{BOOLS}; n : CTU", value(1, "a", edge="rising"), value(2, "2"), block(
         3, "CTU", {"CU": 1, "PV": 2}, ("Q", "CV"), "n"), result(4, "q", "3.Q")), "1 0 1", "00 00 10"),
     "no edge and no storage": (fbd(BOOLS, value(1, "a", edge="none", storage="none"),
                                    result(2, "q", 1, edge="none", storage="none")), "0 1", "00 10"),
@@ -71,6 +71,61 @@ def test_boxes_in_which_no_variable_is_named() -> None:
     assert run(xml, [{"a": 1}], "q") == ["1"]
     (found,) = compiled(ladder(BOOLS, rail(), contact(2, "a"), coil(3, "???", 2))).diagnostics
     assert (found.code, found.message) == ("LD0144", "main: coil 3 `???` at (30, 10) has no variable")
+
+
+# ---- edges and pins
+
+
+@pytest.mark.parametrize("negated, gives", [("false", "11122"), ("true", "01112")])
+@pytest.mark.parametrize("drawn", [
+    lambda pin: fbd("a : BOOL; i : INT; n : CTU", value(1, "a"), *counted(1, pin)),
+    lambda pin: fbd("a : BOOL; i : INT; n : CTU", value(1, "a AND TRUE"), *counted(1, pin)),
+    lambda pin: ladder("a : BOOL; i : INT; n : CTU", rail(9), contact(1, "a", 9), *counted(1, pin))],
+    ids=["a variable", "an expression", "a wire"])
+def test_edges_at_pins(drawn, negated: str, gives: str) -> None:
+    xml = drawn({"CU": f'edge="rising" negated="{negated}"'})
+    assert "".join(run(xml, [{"a": a} for a in (1, 0, 0, 1, 0)], "i")) == gives
+
+
+def counted(source: int, pins: dict[str, str]) -> tuple[str, ...]:
+    return (value(5, "9"), block(6, "CTU", {"CU": source, "PV": 5}, ("Q", "CV"), "n", modified=pins),
+            result(7, "i", "6.CV"))
+
+
+@pytest.mark.parametrize("outputs, wire_", [((), "2.Q"), (("Q",), "2"), ((), "2")])
+def test_an_output_that_only_a_wire_names(outputs: tuple[str, ...], wire_: str) -> None:
+    xml = fbd("a q : BOOL; r : R_TRIG", value(1, "a"), block(2, "R_TRIG", {"CLK": 1}, outputs, "r"),
+              result(3, "q", wire_))
+    assert run(xml, [{"a": 1}, {"a": 1}], "q") == ["1", "0"]
+
+
+def test_outputs_that_only_wires_name_beside_others() -> None:
+    xml = ladder("a q w : BOOL; t : TON; i : INT", rail(), contact(2, "a"), value(3, "T#0s"), block(
+        4, "TON", {"IN": 2, "PT": 3}, ("ET",), "t"), coil(5, "q", "4.Q"), contact(6, "a", at=(9, 90)), value(
+        7, "5", at=(9, 95)), block(8, "MOVE", {"EN": 6, "IN": 7}, ("OUT",), at=(20, 90)), result(
+        9, "i", "8.Out1", at=(30, 95)), coil(10, "w", "8.ENO", at=(30, 90)))
+    assert run(xml, [{"a": 0}, {"a": 1}], "q w i") == ["0 0 0", "1 1 5"]
+    xml = fbd("a q : BOOL; r : R_TRIG", value(1, "a"), block(2, "R_TRIG", {"CLK": 1}, ("Q",), "r"),
+              result(3, "q", "2.QQ"))
+    assert "has no pin `QQ`" in said(compiled(xml))
+
+
+def test_what_an_editor_says_of_a_body_is_no_title() -> None:
+    def vendor(id_: int, text: str, data: str) -> str:
+        return (f'<vendorElement localId="{id_}"><alternativeText><p>{text}</p></alternativeText><addData>'
+                f'<data name="x">{data}</data></addData></vendorElement>')
+
+    xml = fbd("a q : BOOL", vendor(8, "FBD Implementation Attributes", "<fbdattributes/>"),
+              vendor(9, "lamp", "<ElementType>networktitle</ElementType>"), value(1, "a"), result(2, "q", 1))
+    (rung,) = compiled(xml).project.files[0].pous[0].body.rungs
+    assert rung.title == "lamp"
+
+
+@pytest.mark.parametrize("type_", ["<BIT/>", '<derived name="BIT"/>'])
+def test_a_bit_is_a_bool(type_: str) -> None:
+    declared = f'<variable name="b"><type>{type_}</type></variable></localVars>'
+    xml = project(pou("<ST>b := TRUE; q := b;</ST>", "q : BOOL").replace("</localVars>", declared))
+    assert run(xml, [{}], "q") == ["1"]
 
 
 # ---- continuous function charts
@@ -114,9 +169,8 @@ def test_its_order_counts_from_0() -> None:
 
 def test_an_action_of_a_chart_as_a_continuous_function_chart() -> None:
     body = chart(value(1, "a"), wire(2, 1), result(3, "q", 2, executionOrderId=0))
-    steps = (element("step", 1, "<connectionPointOut/><connectionPointOutAction/>", name="s", initialStep="true")
-             + element("actionBlock", 2, wires(1) + '<action localId="3" qualifier="N"><reference name="act"/>'
-                       "</action>"))
+    steps = element("step", 1, "<connectionPointOut/>", name="s", initialStep="true") + element(
+        "actionBlock", 2, wires(1) + '<action localId="3" qualifier="N"><reference name="act"/></action>')
     xml = project(pou(f"<SFC>{steps}</SFC>", BOOLS).replace(
         "<body>", f'<actions><action name="act"><body>{body}</body></action></actions><body>', 1))
     assert run(xml, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]

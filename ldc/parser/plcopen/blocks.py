@@ -209,20 +209,17 @@ class Pins:
         made = self.type.upper() in more.pous
         return not (self.is_function or made or pin.cut or more.has_pin(self.type, "EN"))
 
-    def _value(self, pin: Input) -> ast.Expr | ast.Branches | None:
+    def _value(self, pin: Input) -> ast.Expr | ast.Branches | ast.Junction | None:
         """The expression that an input takes, if it takes one; an edge of a variable as a contact."""
         at = self.writer.value_at(pin)
         if at is None:
             return None
         value = self.writer.value(at) if isinstance(at, str) else self.writer.expression(at, self.element)
         if pin.edge:
-            if not isinstance(value, _VARIABLES) or pin.negated:
-                findings.unsupported(
-                    self.writer.diagnostics, pin.node.span,
-                    f"{self.writer.drawing.where}: {self.element.describe()} takes an edge of an expression",
-                    f"the pin {pin.name}", "store the expression in a variable")
-                self.writer.failed = True
-                return None
+            if not isinstance(value, _VARIABLES):
+                net = self.writer.edge(self.writer.signal(value, value.span), pin, self.element)
+                self.reads.append(net)
+                return ast.Junction(net, value.span)
             contact = ast.Contact("P" if pin.edge == "R_TRIG" else "N", value, value.span)
             return ast.Branches((ast.Path((contact,), value.span),), value.span)
         return value

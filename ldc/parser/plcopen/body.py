@@ -15,6 +15,8 @@ from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.rung import RungWriter
 
 _ON = frozenset((RAIL,))
+_SETTINGS = ("fbdattributes",)
+"""What is in elements of a vendor that say something of a body, and have no words of their own."""
 _UNFED = ("block", *VALUES)
 """What may stand in a drawing though nothing feeds it."""
 
@@ -155,6 +157,8 @@ def _labels(drawing: Drawing, places: _Places) -> tuple[dict[int, str], dict[str
 def _titles(drawing: Drawing, places: _Places) -> dict[int, str]:
     titles: dict[int, str] = {}
     for node in drawing.notes:
+        if node.tag == "vendorElement" and next(node.descendants(*_SETTINGS), None) is not None:
+            continue
         text = texts.prose(node.find("content") or node.find("alternativeText"))
         index = places.rung_at(node) if text else None
         if index is not None:

@@ -24,6 +24,9 @@ ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVaria
             "connector", "continuation", "leftPowerRail")
 VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
 """What gives a value and does nothing by itself."""
+_EDGES = {("rising", False): "R_TRIG", ("falling", False): "F_TRIG",
+          ("rising", True): "F_TRIG", ("falling", True): "R_TRIG"}
+"""By the direction, and whether the pin is negated: then it is the opposite edge."""
 _BOXES = ("inVariable", "outVariable")
 _BOTH = {"inVariable": ("storage",), "inOutVariable": ("edgeIn", "storageIn", "edgeOut", "storageOut")}
 _IGNORED = ("rightPowerRail", "documentation", "addData")
@@ -179,7 +182,8 @@ class Drawing:
         found = Input(name, node, text=text)
         if node.tag == "variable":
             found.negated = node.flag("negated")
-            found.edge = {"rising": "R_TRIG", "falling": "F_TRIG"}.get(node.get("edge"), "")
+            found.edge = _EDGES.get((node.get("edge"), found.negated), "")
+            found.negated &= not found.edge
         return found
 
     # ---- wires
@@ -310,12 +314,19 @@ def position(span: Span) -> str:
 
 
 def output_of(block: Element, name: str) -> str:
-    """The output that a wire means; without a name it is the first one."""
+    """The output that a wire means; without a name it is the first one. An editor may leave out pins
+    that only the wire tells of: these are added. Functions have one result, however it is called."""
     key = name.upper()
     names = [pin.name.upper() for pin in (*block.outputs, *block.inputs)]
-    if key in names or not block.outputs:
+    is_function = not block.node.get("instanceName").strip()
+    if key in names:
         return key
-    return block.outputs[0].name.upper()
+    if block.outputs and key != "ENO" and (is_function or not key):
+        return block.outputs[0].name.upper()
+    if not key and (signature := blocks.signature(block.node.get("typeName").strip().upper())) is not None:
+        key = name = signature.outputs[0].name
+    block.outputs.append(OutputPin(name, block.node))
+    return key
 
 
 def _written(node: Node) -> bool:

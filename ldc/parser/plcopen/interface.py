@@ -16,6 +16,8 @@ SECTIONS = {
     "localVars": "VAR", "inputVars": "VAR_INPUT", "outputVars": "VAR_OUTPUT", "inOutVars": "VAR_IN_OUT",
     "tempVars": "VAR_TEMP", "externalVars": "VAR_EXTERNAL", "globalVars": "VAR_GLOBAL",
 }
+_SYNONYMS = {"BIT": "BOOL"}
+"""Types of other editors that are like one of the standard."""
 _WRITTEN_OUT = re.compile(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN", "nonretain": "NON_RETAIN"}
 
@@ -54,7 +56,7 @@ def _plain_type(node: Node) -> ast.NamedType | None:
     name = node.usual[which].strip("</>")
     if which == "elementary" and name not in ELEMENTARY:
         return None
-    return ast.NamedType(name, None, Span(node.document.source, *node.usual.span(which)))
+    return ast.NamedType(_SYNONYMS.get(name, name), None, Span(node.document.source, *node.usual.span(which)))
 
 
 def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:
@@ -78,7 +80,7 @@ def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.Type
             span = node.attribute("name")
             return parse_type(span.source, span.start, span.end, diagnostics)
         found = texts.type_name(node, diagnostics)
-        return ast.NamedType(found[0], None, found[1]) if found else None
+        return ast.NamedType(_SYNONYMS.get(found[0], found[0]), None, found[1]) if found else None
     if tag.upper() in ("STRING", "WSTRING"):
         length = texts.expression(node.attribute("length"), diagnostics) if node.get("length") else None
         return ast.NamedType(tag.upper(), length, node.span)
@@ -95,8 +97,8 @@ def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.Type
         if bounds is None or not isinstance(base, ast.NamedType):
             return None
         return ast.SubrangeType(base.name, *bounds, node.whole)
-    if tag.upper() in ELEMENTARY:
-        return ast.NamedType(tag.upper(), None, node.span)
+    if tag.upper() in ELEMENTARY or tag.upper() == "BIT":
+        return ast.NamedType(_SYNONYMS.get(tag.upper(), tag.upper()), None, node.span)
     help = "use one of the types of IEC 61131-3, 2nd edition"
     if tag in ("pointer", "reference"):
         help = "hand a variable over as VAR_IN_OUT, or use an ARRAY and an index"

@@ -244,6 +244,12 @@ class RungWriter:
         self.function("NOT", source, ast.Junction(new, span), span, (net,) if net else (), (new,))
         return new
 
+    def signal(self, value: ast.Expr, span: Span) -> str:
+        """A net with the power that an expression is."""
+        new = self.fresh()
+        self.add(ast.Contact("", value, span), RAIL_NET, new)
+        return new
+
     def edge(self, net: str | None, pin: Input, element: Element) -> str:
         """A net with the edge of another: a block whose instance is added to the POU."""
         span, new = pin.node.span, self.fresh()
