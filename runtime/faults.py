@@ -75,6 +75,12 @@ class Fault:
     scan: int
     now_ns: int
 
+    @property
+    def sentence(self) -> str:
+        """What happened and where, in one line: for logs."""
+        file = f" ({self.place.span})" if self.place.span else ""
+        return f"{self.message} in rung {self.place.rung} of {self.place.pou}{file}"
+
     def diagnostic(self) -> Diagnostic:
         """The fault as a finding on the rung element that it happened in."""
         primary = None

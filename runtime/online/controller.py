@@ -132,7 +132,7 @@ class Controller:
             owner = self.staged.owner
             self._back()
             self._drop()
-            self._tell("reverted", owner, faults[0].message, faults)
+            self._tell("reverted", owner, faults[0].sentence, faults)
             self.machine.scan()
 
     # ---- actions ---------------------------------------------------------------------------------
