@@ -89,12 +89,17 @@ class Parameter:
     initial: Value | None = None
 
 
+ACTION = "ACTION"
+"""The kind of what an action is called with."""
+
+
 @record
 class Signature:
-    """What a call of a POU takes and gives. ``kind``: FUNCTION_BLOCK FUNCTION PROGRAM.
+    """What a call of a POU takes and gives. ``kind``: FUNCTION_BLOCK FUNCTION PROGRAM, or ACTION.
 
     ``result`` is the type of a FUNCTION (its pin is called OUT in ladder); ``standard`` tells that
-    it comes from the library, not from the project.
+    it comes from the library, not from the project. ``actions``: names of the bodies that may be called
+    beside that of the POU; a FUNCTION_BLOCK with such has a last input that tells which one is meant.
     """
 
     kind: str
@@ -104,6 +109,7 @@ class Signature:
     in_outs: tuple[Parameter, ...] = ()
     result: Type | None = None
     standard: bool = False
+    actions: tuple[str, ...] = ()
 
     def pin(self, name: str) -> Parameter | None:
         key = name.upper()
@@ -112,3 +118,8 @@ class Signature:
                 if parameter.name.upper() == key:
                     return parameter
         return None
+
+    def action(self, name: str) -> int:
+        """The number of an action, from 1; 0 when there is none of that name."""
+        key = name.upper()
+        return next((n for n, action in enumerate(self.actions, 1) if action.upper() == key), 0)

@@ -169,10 +169,9 @@ def test_a_single_pou_is_a_project() -> None:
 
 
 @pytest.mark.parametrize("part", [
-    "<actions><action name='act'><body><ST><p>q := TRUE;</p></ST></body></action></actions>",
     "<addData><data name='x'><Method name='m'><body><ST><p>;</p></ST></body></Method></data></addData>",
 ])
-def test_actions_and_methods_are_told(part: str) -> None:
+def test_methods_are_told(part: str) -> None:
     assert "LD0151" in codes(project(pou(START, "a q : BOOL")).replace("<body>", f"{part}<body>"))
 
 

@@ -40,13 +40,14 @@ class Powers:
         builds = {name.upper(): rungs for name, rungs in units.items()}
         runs = machine.program.resources[machine.resource].runs
         used = {run.pou.upper() for run in runs}
-        # Between the rungs of a chart stands the code of its control.
+        # Between the rungs of a chart stands the code of its control; an action may be called from nowhere.
         places = {pou: {rung.key: n for n, rung in enumerate(machine.program.unit(pou).rungs)} for pou in used}
         self.rows = tuple(Row(run.name, run.pou.upper(), places[run.pou.upper()][build.code.key],
                               _name(run.name, build, len(runs) > 1))
-                          for run in runs for build in builds.get(run.pou.upper(), ()))
+                          for run in runs for build in builds.get(run.pou.upper(), ())
+                          if build.code.key in places[run.pou.upper()])
         self._ends = {(pou, places[pou][build.code.key]): dict(_ends(build.graph)) for pou in used
-                      for build in builds.get(pou, ()) if build.graph is not None}
+                      for build in builds.get(pou, ()) if build.graph is not None and build.code.key in places[pou]}
         self._seen: dict[tuple[str, int], dict[int, bool]] = {}
         self._called: tuple[Frame, tuple[str, int], int, Place] | None = None
 

@@ -77,7 +77,11 @@ def pins_of_signature(signature: Signature) -> BlockPins:
 def pins_from(signatures: Mapping[str, Signature]) -> Callable[[ast.Block], BlockPins | None]:
     """``pins_of`` for the POUs of a model (keys in capitals); those of the library are always known."""
 
+    actions = {action.upper() for signature in signatures.values() for action in signature.actions}
+
     def pins_of(block: ast.Block) -> BlockPins | None:
+        if block.type.upper() in actions:
+            return BlockPins(("EN",), ("ENO",), "EN", "ENO")
         signature = signatures.get(block.type.upper()) or blocks.signature(block.type)
         if signature is not None:
             return pins_of_signature(signature)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ldc.expr import Load, Place
+from ldc.expr import Const, Load, Place
 from ldc.il import findings
 from ldc.il.arguments import argument_value, load, name_span, pins
 from ldc.il.enabling import apart
@@ -10,8 +10,9 @@ from ldc.il.machine import Machine
 from ldc.il.operands import member
 from ldc.il.scan import Argument, Line
 from ldc.model import type_findings
+from ldc.model.action_calls import Called, selector
 from ldc.model.values import coerce, same
-from ldc.symbols import Parameter
+from ldc.symbols import ACTION, Parameter, Signature
 from ldc.types import Instance, Type
 
 # Input operators of the standard blocks (2nd edition, table 54): they set a pin and call.
@@ -52,6 +53,10 @@ def instance(machine: Machine, line: Line) -> None:
     end = line.arguments if with_arguments else line.end
     while end > line.start and machine.operands.source.text[end - 1].isspace():
         end -= 1
+    action = machine.operands.action(line.start, end)
+    if action is not None:
+        _action(machine, line, action)
+        return
     place = machine.operands.place(line.start, end, write=False)
     if place is None or not isinstance(place.type, Instance):
         if place is not None:
@@ -82,6 +87,36 @@ def instance(machine: Machine, line: Line) -> None:
     for parameter, argument in given:
         if argument.output or parameter in signature.in_outs:
             _take_pin(machine, place, parameter, argument)
+    enabling.end()
+    if skip:
+        machine.emit("LABEL", name=skip)
+    machine.define(None)
+
+
+def _action(machine: Machine, line: Line, action: Called) -> None:
+    """``CAL action`` or ``CAL instance.action``, with nothing but EN and ENO in parentheses."""
+    conditional = line.op != "CAL"
+    if conditional and not machine.condition(line.op):
+        return
+    taken = Signature(ACTION, action.owner.actions[action.number - 1])
+    written = machine.scanner.arguments(line.arguments + 1, line.end) if line.arguments >= 0 else []
+    arguments, enabling = apart(machine, written, taken)
+    pins(machine, arguments, taken)
+    skip = ""
+    if conditional:
+        skip = machine.label()
+        machine.emit("JMPCN" if line.op == "CALC" else "JMPC", name=skip)
+    enabling.begin()
+    if action.instance is None:
+        machine.emit("ACT", name=taken.name.upper())
+    else:
+        pin = selector(action.owner)
+        chosen = member(action.instance, pin.name, pin.type)
+        load(machine, Const(action.number, pin.type))
+        machine.emit("ST", chosen, pin.type)
+        machine.emit("CAL", action.instance, action.instance.type)
+        load(machine, Const(0, pin.type))
+        machine.emit("ST", chosen, pin.type)
     enabling.end()
     if skip:
         machine.emit("LABEL", name=skip)

@@ -114,7 +114,7 @@ class BlockLowering:
         skip = emit.label() if checked or enable != TRUE else ""
         if skip:
             guard, args = self._guard(enable, args, skip, checked)
-        taken = self._call(block, block_outputs, args)
+        taken = self._perform(block) if block.is_action else self._call(block, block_outputs, args)
         self._take_results(index, block, block_outputs, net_temps, taken)
         if skip:
             emit.put("LABEL", name=skip)
@@ -156,6 +156,22 @@ class BlockLowering:
                 emit.value(Const(default(type_), type_))
                 emit.store(temps[name])
         return temps
+
+    def _perform(self, block: Block) -> dict[str, Place]:
+        """An action of the POU itself, or of an instance, which is told by a pin; it has no outputs."""
+        emit = self.emit
+        if block.instance is None:
+            emit.put("ACT", name=block.callee)
+            return {}
+        chosen = next(pin for pin in block.inputs if pin.pin != "EN")
+        instance = self._steady(block)
+        pin = _member(instance, chosen.pin, chosen.type)
+        emit.value(chosen.source)
+        emit.store(pin)
+        emit.put("CAL", instance, instance.type)
+        emit.value(Const(0, chosen.type))
+        emit.store(pin)
+        return {}
 
     def _call(self, block: Block, outputs: tuple[PinOut, ...], args: tuple[Value, ...]) -> dict[str, Place]:
         """Calls; the result is in the accumulator, further output pins in the places returned."""

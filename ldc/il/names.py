@@ -9,7 +9,7 @@ from ldc.il.program import OPCODES, Unit
 from ldc.symbols import Variable
 from ldc.types import Array, Instance, Struct, Type
 
-IL_WORDS = frozenset(op for op in OPCODES if op.isalpha()) - {"LABEL", "FN", "EXT"}
+IL_WORDS = frozenset(op for op in OPCODES if op.isalpha()) - {"LABEL", "FN", "EXT", "ACT"}
 
 
 def renamed(names: Iterable[str], clashes: Iterable[str], taken: Iterable[str] = (),

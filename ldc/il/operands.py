@@ -7,7 +7,7 @@ import re
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il import findings
-from ldc.model import expressions
+from ldc.model import action_calls, expressions
 from ldc.model.project import Pou
 from ldc.model.values import AnyEnum, Untyped
 from ldc.parser import ast
@@ -101,6 +101,12 @@ class Operands:
             at += 1 + len(name)
             node = ast.Member(node, name, self.span(start, at))
         return node
+
+    def action(self, start: int, end: int) -> action_calls.Called | None:
+        """The action that is named at these offsets, if one is."""
+        text = self.source.text[start:end]
+        node = self._parse(text, start, end) if text and text[-1] not in ";)" else None
+        return None if node is None else action_calls.called(self.scope, node)
 
     def _in_out(self, node: ast.Expr) -> Place | None:
         """``instance.pin`` of a VAR_IN_OUT, which only IL names: it is copied before and after the call."""

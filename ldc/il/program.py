@@ -29,7 +29,7 @@ OPCODES: tuple[str, ...] = (
     "GT", "GE", "EQ", "NE", "LE", "LT", "GT(", "GE(", "EQ(", "NE(", "LE(", "LT(",
     ")", "NOT",
     "JMP", "JMPC", "JMPCN", "LABEL", "CAL", "CALC", "CALCN", "RET", "RETC", "RETCN", "FN",
-    "EXT",
+    "EXT", "ACT",
 )
 NUMBER: dict[str, int] = {op: n for n, op in enumerate(OPCODES)}
 
@@ -48,6 +48,7 @@ class Instr:
     JMPC jumps, CALC calls and RETC returns when the accumulator is TRUE, CN forms when it is FALSE;
     none of them changes the accumulator. After CAL and LABEL it is undefined.
     CAL calls the instance in ``operand``; pins were stored by ST before.
+    ACT executes the action ``name`` of the POU; units are complete without it (``ldc.il.performed``).
     EXT runs the native code of the unit (``Unit.external``) on the instance that is executed; after it
     the accumulator is undefined.
     ``element``: index of the rung's element that it comes from, -1 for none.

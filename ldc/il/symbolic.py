@@ -327,7 +327,9 @@ class Memory:
     def _epoch(self, root: tuple) -> int:
         """Counts the calls that may have changed a variable."""
         own = self.epochs.get(root, 0)
-        return max(own, self.epochs.get("globals", 0)) if _shared(root) else own
+        if _shared(root):
+            return max(own, self.epochs.get("globals", 0))
+        return own if _made(root) else max(own, self.epochs.get("all", 0))
 
     def write(self, place: Place, value: Value, when: int) -> None:
         if when == 0:
@@ -371,10 +373,26 @@ class Memory:
             for other in others:
                 self._forget(other)
 
+    def perform(self, action: str, when: int) -> None:
+        """An action of the POU runs: it sees all of its variables and may change them, but for those that the
+        compiler made for the rung."""
+        roots = sorted((root for root in self.logs if not _made(root)), key=repr)
+        seen = tuple((root, self.state(root)) for root in roots)
+        self.events.append(("call", (False, action), (((), when),), when, seen))
+        self.epochs["all"] = self.epochs["globals"] = len(self.events)
+        self._current = {root: known for root, known in self._current.items() if _made(root)}
+        for root in roots:
+            self._forget(root)
+
     def _forget(self, root: tuple) -> None:
         self.logs[root] = []
         self._current.pop(root, None)
         self.epochs[root] = len(self.events)
+
+
+def _made(root: tuple) -> bool:
+    """Whether the compiler made the variable for this rung."""
+    return not root[0] and root[1].upper().startswith("_LDC_")
 
 
 def _shared(root: tuple) -> bool:

@@ -135,6 +135,9 @@ class GraphDomain:
 
     def call_function(self, index: int, block: Block, enable: int,
                       inputs: Mapping[str, Value]) -> tuple[int, Mapping[str, Value]]:
+        if block.is_action:
+            self._perform(block, enable)
+            return enable, {}
         types = {p.pin: p.type for p in block.inputs}
         names = list(inputs)
         values = [inputs[name] for name in names]
@@ -155,6 +158,17 @@ class GraphDomain:
             return self.memory.apply(f"{block.callee}.{parameter.name.upper()}", values, parameter.type, seen)
 
         return eno, _Outputs(read)
+
+    def _perform(self, block: Block, when: int) -> None:
+        if block.instance is None:
+            self.memory.perform(block.callee, when)
+            return
+        chosen = next(pin for pin in block.inputs if pin.pin != "EN")
+        instance = self.memory.taken(block.instance)
+        pin = Place(instance.root, chosen.type, (*instance.steps, FieldStep(chosen.pin)), instance.is_global)
+        self.memory.write(pin, self.memory.value(chosen.source), when)
+        self.memory.call(instance, True, when)
+        self.memory.write(pin, self.zero(chosen.type), when)
 
     def jump(self, index: int, label: str | None, when: int) -> None:
         self.jumps.append((index, label, when))
@@ -214,6 +228,8 @@ def execute(code: tuple[Instr, ...], memory: Memory,
         elif op == "CAL":
             standard = isinstance(operand.type, Instance) and blocks.signature(operand.type.pou) is not None
             memory.call(operand, not standard, active)
+        elif op == "ACT":
+            memory.perform(instr.name, active)
         elif op == "LABEL":
             active |= waiting.pop(instr.name, 0)
         elif op.startswith(("JMP", "RET")):

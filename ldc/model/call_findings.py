@@ -97,6 +97,17 @@ def no_memory(diagnostics: Diagnostics, span: Span, pou: str, what: str) -> None
                       help="make it a FUNCTION_BLOCK: a FUNCTION has no memory")
 
 
+def action_calls_itself(diagnostics: Diagnostics, span: Span | None, names: list[str]) -> None:
+    diagnostics.error("LD0518", f"action `{names[0]}` calls itself: {' -> '.join(names)}", span,
+                      "called here while it is executed", help="repeat with FOR or WHILE instead")
+
+
+def actions_too_large(diagnostics: Diagnostics, span: Span | None, most: int) -> None:
+    diagnostics.error("LD0519", f"the actions of this POU take more than {most:,} instructions", span,
+                      "this call is too many", help="an action is put in where it is called: make one that is "
+                      "called from many places a FUNCTION_BLOCK")
+
+
 def duplicate_coil(diagnostics: Diagnostics, span: Span, place: str, first: Span, coils: int) -> None:
     count = "more than one coil" if coils == 2 else f"{coils} coils"
     diagnostics.warning("LD0310", f"`{place}` is written by {count}", span, "written again here",

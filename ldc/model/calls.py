@@ -64,7 +64,11 @@ def _only_of_a_call(span: Span, pin: str, diagnostics: Diagnostics) -> None:
 
 def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics) -> None:
     """Report a name that is no callable, unless its declaration is known to be broken."""
-    if not env.silent(name.upper()):
+    own = env.signature(env.pou.upper())
+    if own is not None and own.action(name):
+        findings.wrong_kind(diagnostics, span, f"`{name}` cannot be called in an expression", "this is an action",
+                            "call it before, `name();`, and read the variables that it writes")
+    elif not env.silent(name.upper()):
         findings.unknown_callee(diagnostics, span, name,
                                 suggest(name, (*env.callables(), *functions.names()))
                                 or "declare it as FUNCTION or FUNCTION_BLOCK")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ldc.expr import Expr, Place
 from ldc.records import record
 from ldc.source import Span
-from ldc.symbols import Signature
+from ldc.symbols import ACTION, Signature
 from ldc.types import Type
 
 Net = int
@@ -58,7 +58,8 @@ class Block:
     for functions unless chosen otherwise); None: not wired. They are not among ``inputs`` and
     ``outputs``. Every input of a function but EN is in ``inputs`` or is ``power_in``. The result
     of a function is the pin OUT. ``callee`` is in capitals (an overloaded standard function keeps
-    its plain name, ``ADD``).
+    its plain name, ``ADD``). A call of an action is a block too, with EN and ENO like a function; of an
+    instance's action, its last input tells which one.
     """
 
     callee: str
@@ -72,7 +73,12 @@ class Block:
 
     @property
     def is_function(self) -> bool:
-        return self.instance is None
+        """Whether it has EN and ENO."""
+        return self.instance is None or self.is_action
+
+    @property
+    def is_action(self) -> bool:
+        return self.signature.kind == ACTION
 
 
 @record

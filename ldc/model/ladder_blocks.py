@@ -8,7 +8,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.expr import Place
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
-from ldc.model import elements, expressions, places
+from ldc.model import action_calls, elements, expressions, places
 from ldc.model.calls import pins_help, standard_function, unknown_function
 from ldc.model.environment import Environment
 from ldc.model.pins import NetOf, is_net
@@ -26,6 +26,10 @@ def block(
     """The typed block; None after an error. ``net_of`` gives the net of a network or junction at a pin;
     its method ``type_of``, if it has one, the type of that net, which an overloaded function needs."""
     key = node.type.upper()
+    action = action_calls.called(env, ast.Name(node.type, node.span)) if node.instance is None else (
+        action_calls.of_instance(env, node.instance, node.type))
+    if action is not None:
+        return action_calls.block(env, action, node, net_of, diagnostics)
     signature = env.signature(key)
     if signature is None:
         function = standard_function(key)

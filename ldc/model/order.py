@@ -72,7 +72,7 @@ def _callees(
             yield from ((held, variable.span) for held in blocks_in(variable.type) if held in pous)
     if not functions:
         return
-    for body in sfc.bodies(pou.body) if isinstance(pou.body, sfc.SfcBody) else (pou.body,):
+    for body in sfc.parts_of(pou):
         yield from _called(key, body, functions)
     if isinstance(pou.body, sfc.SfcBody):
         for node in (call for expression in sfc.expressions(pou.body) for call in calls_in(expression)):

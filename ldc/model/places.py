@@ -104,6 +104,9 @@ def _unknown(env: Environment, node: ast.Name, diagnostics: Diagnostics) -> None
     elif env.type_named(key) is not None:
         findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", "this is a type",
                              f"declare a variable: `name : {node.name};`")
+    elif (own := env.signature(env.pou.upper())) is not None and own.action(node.name):
+        findings.not_a_value(diagnostics, node.span, f"`{node.name}` is no variable", "this is an action",
+                             f"call it: `{node.name}();`")
     else:
         findings.unknown_name(diagnostics, node.span, node.name, suggest(node.name, env.names()))
 

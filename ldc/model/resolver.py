@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.library import blocks
-from ldc.model import chart_names
+from ldc.model import action_calls, chart_names
 from ldc.model import declaration_findings as findings
 from ldc.model.chart_names import ACTION, STEP
 from ldc.model.configuration import Configurator
@@ -22,7 +22,7 @@ from ldc.model.type_table import TypeTable
 from ldc.parser import ast, sfc
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
-from ldc.types import Type, blocks_in
+from ldc.types import INT, Type, blocks_in
 
 _PINS = ("input", "output", "in_out")
 
@@ -132,12 +132,13 @@ class _Resolver:
         if key in self._torn:
             frame.broken.add("*")
         variables = frame.build()
+        actions = self._actions(node, variables, frame)
         pins = {kind: tuple(v for v in variables.values() if v.kind == kind) for kind in _PINS}
         if isinstance(node.body, sfc.SfcBody):
             self._add_chart(node, variables, frame)
         result = self._result(node, frame)
         signature = Signature(node.kind, node.name, *(tuple(map(_parameter, pins[k])) for k in _PINS),
-                              result=result, standard=self.library)
+                              result=result, standard=self.library, actions=actions)
         ordered = {v.name.upper(): v for kind in _PINS for v in pins[kind]}
         ordered.update((key, v) for key, v in variables.items() if v.kind not in _PINS)
         if result is not None:
@@ -147,6 +148,19 @@ class _Resolver:
         self._signatures[key] = signature
         self._built[key] = Pou(signature, node.title, ordered, node.body, node.span, edges, node.actions)
         return signature
+
+    def _actions(self, node: ast.Pou, variables: dict[str, Variable], frame: Frame) -> tuple[str, ...]:
+        """The names of actions that may be called. A function block gets the input that chooses one."""
+        first: dict[str, Span] = {key: declared.span for key, declared in frame.declarations().items()}
+        for action in node.actions:
+            key = action.name.upper()
+            taken = first.setdefault(key, action.name_span)
+            if taken is not action.name_span:
+                findings.duplicate(self.diagnostics, action.name_span, action.name, "action", taken)
+        if node.actions and node.kind == "FUNCTION_BLOCK":
+            name = action_calls.selector_name(frozenset(first))
+            variables[name.upper()] = Variable(name, INT, "input", span=node.name_span)
+        return tuple(action.name for action in node.actions)
 
     def _add_chart(self, node: ast.Pou, variables: dict[str, Variable], frame: Frame) -> None:
         """Add the variables of steps, actions and their control."""

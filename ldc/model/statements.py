@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Expr, IndexStep, Place
-from ldc.model import actions, enabling, expressions, ladder_blocks, places
+from ldc.model import action_calls, actions, enabling, expressions, ladder_blocks, places
 from ldc.model import statement_findings as findings
 from ldc.model import type_findings
+from ldc.model.elements import Block
 from ldc.model.environment import Environment
 from ldc.model.ladder import not_a_condition
 from ldc.model.values import Untyped, coerce, settle
@@ -18,6 +19,8 @@ from ldc.types import BOOL, Elementary, Enum, Instance, Type, storage
 
 _COUNTING = ("int", "uint")
 _CHOOSING = ("int", "uint", "bits")
+_ANY = "*"
+"""Stands among the variables that a loop writes when it may write all."""
 
 
 def body(
@@ -70,6 +73,9 @@ class _Typing:
     def invoke(self, node: st.Invoke) -> actions.Call | tuple[actions.Action, ...] | None:
         """Pins are wired as those of a block in a ladder, but no power goes through it."""
         callee = node.callee
+        action = action_calls.called(self.env, callee)
+        if action is not None:
+            return self._perform(node, action)
         name, instance = callee.name if type(callee) is ast.Name else "", None
         if not name or self.env.variable(name.upper()) is not None and not self._is_function(name):
             place = places.place(self.env, callee, self.diagnostics)
@@ -84,9 +90,21 @@ class _Typing:
             name, instance = place.type.pou, callee
         signature = self.env.signature(name.upper()) if instance is not None else None
         arguments, enable, told = enabling.apart(node.arguments, signature, self.diagnostics)
-        pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in arguments)
-        block = ladder_blocks.block(self.env, ast.Block(instance, name, pins, "_", "_", node.span), _no_net,
-                                    self.diagnostics)
+        block = ladder_blocks.block(self.env, _drawn(instance, name, arguments, node), _no_net, self.diagnostics)
+        return self._called(node, block, enable, told)
+
+    def _perform(self, node: st.Invoke, action: action_calls.Called) -> tuple[actions.Action, ...] | None:
+        """An action of the POU itself may write any of its variables."""
+        if action.instance is None:
+            self.written.add(_ANY)
+        arguments, enable, told = enabling.apart(node.arguments, None, self.diagnostics)
+        name = action.owner.actions[action.number - 1]
+        block = action_calls.block(self.env, action, _drawn(None, name, arguments, node), _no_net,
+                                   self.diagnostics)
+        return self._called(node, block, enable, told)
+
+    def _called(self, node: st.Invoke, block: Block | None, enable: ast.Argument | None,
+                told: ast.Argument | None) -> tuple[actions.Action, ...] | None:
         condition = self.condition(enable.value if enable is not None else None, "EN")
         taken = self._told(told) if told is not None else None
         if block is None or (condition is None) != (enable is None) or (taken is None) != (told is None):
@@ -213,7 +231,7 @@ class _Typing:
         self.counting.pop()
         self.written.update(target.root.upper() for target in self.env.taken[taken:])
         variable = self.env.variable(place.root.upper())
-        free = (place.root.upper() not in self.written and not place.steps and not place.is_global
+        free = (self.written.isdisjoint((_ANY, place.root.upper())) and not place.steps and not place.is_global
                 and variable is not None and variable[0].location is None)
         self.written |= outer
         if start is None or stop is None or step is None:
@@ -275,6 +293,13 @@ class _Typing:
         inner = self.list(node.body)
         condition = self.condition(node.condition, "a condition")
         return None if condition is None else actions.Repeat(inner, condition, node.span)
+
+
+def _drawn(instance: ast.Expr | None, name: str, arguments: tuple[ast.Argument, ...], node: st.Invoke
+           ) -> ast.Block:
+    """A call as a block without power."""
+    pins = tuple(ast.Pin(a.name, a.value, a.output, a.span) for a in arguments)
+    return ast.Block(instance, name, pins, "_", "_", node.span)
 
 
 def _no_net(node: ast.Expr) -> int:

@@ -14,7 +14,7 @@ from ldc.model.names import suggest
 from ldc.model.pins import NetOf, pin_in, pin_in_out, pin_out
 from ldc.model.values import Value
 from ldc.parser import ast
-from ldc.symbols import Parameter, Signature
+from ldc.symbols import ACTION, Parameter, Signature
 from ldc.types import BOOL, storage
 
 EN, ENO = Parameter("EN", BOOL), Parameter("ENO", BOOL)
@@ -30,11 +30,12 @@ class Wiring:
     ) -> None:
         self.env, self.node, self.signature = env, node, signature
         self.net_of, self.diagnostics, self.values = net_of, diagnostics, values or {}
-        self.is_function = signature.kind == "FUNCTION"
+        self.is_function = signature.kind in ("FUNCTION", ACTION)
         self.inputs, self.outputs, self.in_outs = signature.inputs, signature.outputs, signature.in_outs
         if self.is_function:
             self.inputs = (EN, *self.inputs)
-            self.outputs = (ENO, Parameter("OUT", signature.result), *self.outputs)
+            result = () if signature.result is None else (Parameter("OUT", signature.result),)
+            self.outputs = (ENO, *result, *self.outputs)
         self.failed = False
 
     def function(self) -> Block | None:

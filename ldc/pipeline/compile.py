@@ -22,6 +22,7 @@ from ldc.il import standard, text
 from ldc.il.lower_charts import ChartCode
 from ldc.il.lower_edges import lower_edges
 from ldc.il.lower_statements import lower_body
+from ldc.il.performed import Action, performed
 from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
@@ -135,9 +136,12 @@ class _Compile:
     def pou(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
         """The code of a POU, with that of the edges of its inputs before it."""
         made = self.of_body(pou)
-        if made is None or not pou.edges:
-            return made
-        return replace(made[0], rungs=(lower_edges(pou.edges), *made[0].rungs)), made[1]
+        if made is None:
+            return None
+        unit, builds = made
+        if pou.edges:
+            unit = replace(unit, rungs=(lower_edges(pou.edges), *unit.rungs))
+        return self.with_actions(pou, unit, builds) if pou.actions else (unit, builds)
 
     def of_body(self, pou: Pou) -> tuple[il.Unit, tuple[RungBuild, ...]] | None:
         scope = Scope(self.model, pou.name)
@@ -149,10 +153,25 @@ class _Compile:
             return self.native(pou)
         if isinstance(pou.body, SfcBody):
             return self.chart(pou, scope)
-        rungs = pou.body.rungs
-        keys = dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
-        made = self.rungs.body(pou, scope, rungs, keys)
+        made = self.rungs.body(pou, scope, pou.body.rungs, self.keys(pou))
         return self.unit(pou, [made], tuple(b.code for b in made.builds))
+
+    def keys(self, pou: Pou) -> dict[int, str]:
+        """The keys of all rungs of a POU, by identity."""
+        rungs = rungs_of(pou)
+        return dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
+
+    def with_actions(self, pou: Pou, unit: il.Unit, builds: tuple[RungBuild, ...]
+                     ) -> tuple[il.Unit, tuple[RungBuild, ...]]:
+        """The actions of a POU put in where its body calls them."""
+        keys = {} if isinstance(pou.body, ast.TextBody) else self.keys(pou)
+        made = [self.part(pou, action.body, keys, f"a{number}_") for number, action in enumerate(pou.actions, 1)]
+        bodies = [Action(action.name, body.codes, body.temps, action.name_span)
+                  for action, body in zip(pou.actions, made, strict=True)]
+        selector = pou.signature.inputs[-1].name if pou.signature.kind == "FUNCTION_BLOCK" else None
+        unit = replace(unit, variables=(*unit.variables, *(v for body in made for v in body.hidden)))
+        return performed(unit, bodies, selector, self.diagnostics), (
+            *builds, *(build for body in made for build in body.builds))
 
     def unit(self, pou: Pou, bodies: Sequence[Body], codes: tuple[il.RungCode, ...]
              ) -> tuple[il.Unit, tuple[RungBuild, ...]]:
@@ -166,8 +185,7 @@ class _Compile:
 
     def chart(self, pou: Pou, scope: Scope) -> tuple[il.Unit, tuple[RungBuild, ...]]:
         """A sequential function chart: its control as statements, the bodies of its actions each as it is."""
-        rungs = rungs_of(pou)
-        keys = dict(zip(map(id, rungs), rung_keys(rungs, self.diagnostics), strict=True))
+        keys = self.keys(pou)
         made = {id(body): self.part(pou, body, keys, f"a{number}_")
                 for number, body in enumerate(sfc_bodies(pou.body), 1)}
         with self.timings.of("statements"):

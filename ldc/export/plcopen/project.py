@@ -81,6 +81,8 @@ def _pou(parent: Element, pou: ast.Pou, graphs: _Graphs, notes: Notes, pins_of: 
             ladders += _body(one[0], one[1].condition, graphs, pins_of)
         chart.draw(made, pou.body)
     else:
+        for one in _named(made, "action", pou.actions):
+            ladders += _body(one[0], one[1].body, graphs, pins_of)
         ladders += _body(made, pou.body, graphs, pins_of)
     if pou.title:
         formatted(made, "documentation", prose(pou.title))

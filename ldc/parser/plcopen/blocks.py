@@ -31,6 +31,9 @@ class Pins:
         self.writer, self.element, self.node = writer, element, element.node
         self.type = element.node.get("typeName").strip()
         self.is_function = not element.node.get("instanceName").strip()
+        self.holder: Span | None = None
+        if self.type.upper().rpartition(".")[2].strip() in writer.drawing.more.actions:
+            self._action()
         self.signature = None if self.is_function else blocks.signature(self.type.upper())
         self.executes = next(element.node.descendants("STCode"), None)
         self.pins: list[ast.Pin] = []
@@ -44,6 +47,16 @@ class Pins:
         self.bits = 0
         self.mixed = self.detoured = False
 
+    def _action(self) -> None:
+        """A type `action`, `Pou.action` or `instance.action` is a call of an action, which has EN and ENO."""
+        where = self.node.attribute("typeName")
+        holder, _, name = where.text.rpartition(".")
+        self.is_function, self.type = True, name.strip()
+        if self.node.get("instanceName").strip():
+            self.holder = self.node.attribute("instanceName")
+        elif holder.strip().upper() not in ("", self.writer.drawing.where.upper()):
+            self.holder = Span(where.source, where.start, where.start + len(holder))
+
     def write(self) -> None:
         writer, span = self.writer, self.node.span
         instance = None
@@ -52,6 +65,8 @@ class Pins:
             return
         if self.executes is not None:
             instance = self._execute(self.executes)
+        elif self.holder is not None:
+            instance = writer.expression(self.holder, self.element)
         elif not self.is_function:
             instance = writer.expression(self.node.attribute("instanceName"), self.element)
             if writer.drawing.is_guarded(self.element) and isinstance(instance, ast.Name):
@@ -81,7 +96,7 @@ class Pins:
 
     def _known(self) -> bool:
         """Whether the block has a type that can be written at all."""
-        return texts.name(self.node, self.writer.diagnostics, "typeName") is not None
+        return texts.is_name(self.type) or texts.name(self.node, self.writer.diagnostics, "typeName") is not None
 
     def _usual(self, chosen: str | None, side: str) -> str | None:
         """None for the pin that the power goes by anyway."""

@@ -7,7 +7,7 @@ too, which gets the variables that they use.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 
@@ -27,7 +27,8 @@ class Additions:
     the project, by name in capitals; ``functions``: those of the functions; ``local``: variables of the
     POU; ``retyped``: other types for these;
     ``numbers``: types of the variables that are integers or bit strings, when they may be mixed;
-    ``prefix``: of the names of function blocks that are made; ``added``: names of instances, in capitals."""
+    ``prefix``: of the names of function blocks that are made; ``added``: names of instances, in capitals;
+    ``actions``: names in capitals of the actions in the file that may be called."""
 
     interfaces: dict[str, Pins] = field(default_factory=dict)
     local: Mapping[str, ast.VarDecl] = field(default_factory=dict)
@@ -38,6 +39,7 @@ class Additions:
     functions: Mapping[str, Pins] = field(default_factory=dict)
     added: set[str] = field(default_factory=set)
     numbers: Mapping[str, Elementary] = field(default_factory=dict)
+    actions: Set[str] = frozenset()
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""

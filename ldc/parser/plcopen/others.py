@@ -9,8 +9,8 @@ _OBJECT_ORIENTED = {"Method": "the method", "Property": "the property", "Interfa
 
 
 def tell(root: Node, reading: Reading) -> None:
-    """Report access paths (which nothing in the program can see), and actions of POUs that are no sequential
-    function charts, methods and properties (which have an effect)."""
+    """Report access paths (which nothing in the program can see), methods and properties (which have an
+    effect)."""
     for node in root.descendants("accessVars"):
         if node.children:
             reading.left_out(node.span, "VAR_ACCESS", "access paths are for other devices")
@@ -18,9 +18,3 @@ def tell(root: Node, reading: Reading) -> None:
         what = f"{_OBJECT_ORIENTED[node.tag]} `{node.get('name')[:40]}`"
         help = "make it a FUNCTION_BLOCK or a FUNCTION of its own"
         reading.unsupported(node.span, what, help, "object-oriented")
-    for pou in root.descendants("pou"):
-        charts = any(body.find("SFC") is not None for body in pou.all("body"))
-        for action in (pou.find("actions") or pou).all("action") if not charts else ():
-            what = f"the action `{action.get('name')[:40]}` of `{pou.get('name')[:40]}`"
-            help = "draw what it does in the POU itself, or make it a FUNCTION_BLOCK"
-            reading.unsupported(action.span, what, help, "an action outside of a sequential function chart")

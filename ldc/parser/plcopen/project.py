@@ -32,7 +32,7 @@ from ldc.parser.plcopen.guarded import Additions, added, pins_of, retype
 from ldc.parser.plcopen.lists import Lists, are_named
 from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
-from ldc.parser.sfc import Body, SfcBody
+from ldc.parser.sfc import Action, Body, SfcBody
 from ldc.parser.statements import StatementBody
 from ldc.records import record
 from ldc.source import SourceFile, Span
@@ -119,13 +119,14 @@ def _instances(
 
 @record
 class _Head:
-    """A POU without its body."""
+    """A POU without its body. ``actions``: further bodies with names, of a POU that is no chart."""
 
     node: Node
     kind: str
     name: str
     result: ast.TypeExpr | None
     sections: tuple[ast.VarBlock, ...]
+    actions: tuple[Node, ...]
 
 
 def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
@@ -143,7 +144,10 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
     if declared is not None:
         if kind == "FUNCTION":
             result = interface.type_of(declared.find("returnType"), node, diagnostics)
-    return _Head(node, kind, name, result, sections)
+    charts = any(body.find("SFC") is not None for body in node.all("body"))
+    actions = tuple(action for action in (node.find("actions") or node).all("action")
+                    if not charts and texts.name(action, diagnostics) is not None)
+    return _Head(node, kind, name, result, sections, actions)
 
 
 def _pous(
@@ -159,25 +163,30 @@ def _pous(
         name: {v.name.upper(): v.type for kind in ("VAR_INPUT", "VAR_OUTPUT") for v in pins[kind]}
         for name, pins in interfaces.items()})
     parts = members.numbers()
+    actions = frozenset(node.get("name").strip().upper() for head in heads for node in head.actions)
     made: dict[str, ast.Pou] = {}
     pous = []
     for head in heads:
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
         seen = kinds.Numbers((*shared, *local.values()), members)
         seen = seen if kinds.may_mix((*seen.values(), *parts)) else {}
-        more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen)
-        body = _body(head.node, head.name, more, diagnostics)
+        more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen, actions=actions)
+        bodies = [_body(node, head.name, more, diagnostics) for node in (head.node, *head.actions)]
         reading.remarks += more.remarks(head.name)
-        if isinstance(body, StatementBody | SfcBody):
-            body = invocations.standard(body, head.node.whole.text, local, interfaces)
-            if seen:
-                body = written_out(body, seen, invocations.numbers(local, interfaces), diagnostics)
+        for at, one in enumerate(bodies):
+            if isinstance(one, StatementBody | SfcBody):
+                bodies[at] = invocations.standard(one, head.node.whole.text, local, interfaces)
+                if seen:
+                    pins = invocations.numbers(local, interfaces)
+                    bodies[at] = written_out(bodies[at], seen, pins, diagnostics)
+        own = tuple(Action(node.get("name").strip(), one, node.whole, node.attribute("name"))
+                    for node, one in zip(head.actions, bodies[1:], strict=True))
         sections = retype(head.sections, more.retyped)
         if more.variables:
             sections = (*sections, ast.VarBlock("VAR", (), tuple(more.variables), head.node.span))
         title = texts.prose(head.node.find("documentation")) or None
-        pous.append(ast.Pou(head.kind, head.name, title, head.result, sections, body, head.node.whole,
-                            head.node.attribute("name")))
+        pous.append(ast.Pou(head.kind, head.name, title, head.result, sections, bodies[0], head.node.whole,
+                            head.node.attribute("name"), own))
     reading.remarks += map(added, made.values())
     return (*pous, *made.values())
 

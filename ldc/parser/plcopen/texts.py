@@ -37,6 +37,10 @@ def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str |
     return None
 
 
+def is_name(text: str) -> bool:
+    return _NAME.match(text) is not None
+
+
 def type_name(node: Node, diagnostics: Diagnostics) -> tuple[str, Span] | None:
     """The name of a type, without that of a library before it (`Standard.TON`), and where it stands."""
     found, span = node.get("name"), node.attribute("name")
