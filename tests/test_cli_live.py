@@ -99,10 +99,11 @@ def test_power_is_that_of_the_drawing(source: str, stimuli: list) -> None:
             assert {row.name: seen.at(row) for row in seen.rows} == drawn
 
 
-def test_the_table_shows_values_and_rungs(tmp_path: Path) -> None:
+def last_picture(tmp_path: Path, columns: int) -> list[str]:
+    """The lines that are left on a terminal of this width."""
     (tmp_path / "main.ld").write_text(SOURCE)
     ours, theirs = pty.openpty()
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "100", "LINES": "60"}
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": str(columns), "LINES": "60"}
     command = [sys.executable, "-m", "ldc.cli", "run", "main.ld", "--scans", "3", "--watch", "q,t.ET"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)
@@ -116,6 +117,22 @@ def test_the_table_shows_values_and_rungs(tmp_path: Path) -> None:
     assert process.wait() == 0
     lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()).split("\r\n")
     last = max(n for n, line in enumerate(lines) if "scan 2 of 2" in line)
-    rows = [line.split() for line in lines[last:]]
-    assert ["q", "BOOL", "1", "▇▇▇"] in rows and ["t.ET", "TIME", "20"] in rows
+    return lines[last:]
+
+
+@pytest.mark.parametrize(("columns", "row", "head"), [
+    (100, ["q", "BOOL", "1", "▇▇▇"], ["variable", "type", "value", "last", "60", "scans"]),
+    (44, ["q", "BOOL", "1", "▇▇▇"], ["variable", "type", "value", "last", "14", "scans"]),
+    (30, ["q", "BOOL", "1"], ["variable", "type", "value"]),
+    (22, ["q", "1"], ["variable", "value"]),
+])
+def test_a_narrow_terminal_shows_names_and_values(tmp_path: Path, columns: int, row, head) -> None:
+    lines = last_picture(tmp_path, columns)
+    rows = [line.split() for line in lines]
+    assert row in rows and head in rows and all(len(line.rstrip()) <= columns for line in lines[:6])
+
+
+def test_the_table_shows_values_and_rungs(tmp_path: Path) -> None:
+    rows = [line.split() for line in last_picture(tmp_path, 100)]
+    assert ["q", "BOOL", "1", "▇▇▇"] in rows and ["t.ET", "TIME", "20", "ms"] in rows
     assert all(row in rows for row in (["rung", "power"], ["timer", "1"], ["off", "0"], ["skipped", "-"]))

@@ -18,7 +18,7 @@ from rich.text import Text
 from ldc.cli.console import wants_color
 from ldc.cli.powers import Powers
 from ldc.render import plural
-from ldc.types import BOOL, String
+from ldc.types import BOOL, Elementary, String, Type
 from runtime.machine import Machine
 from runtime.values import milliseconds, show
 
@@ -28,8 +28,11 @@ _REFRESH = 0.05
 _LEAST_RUNGS = 8
 """Rungs that are shown even on a low screen."""
 
-_HISTORY = 60
-"""Scans that the wave of a BOOL shows."""
+_HISTORY, _LEAST_HISTORY = 60, 13
+"""Scans that the wave of a BOOL shows, and for how many it is shown at all: as wide as its title."""
+
+_EDGES, _BETWEEN = 4, 3
+"""Columns of the screen beside a table, and between two of its own."""
 
 
 class ChangeLines:
@@ -135,23 +138,38 @@ class LiveTable:
         table = Table(
             title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD
         )
-        table.add_column("variable")
-        table.add_column("type", style="dim")
-        table.add_column("value", justify="right")
-        table.add_column(f"last {_HISTORY} scans", no_wrap=True, overflow="crop")
         values = machine.sample(self._symbols)
-        for name, symbol, value, wave in zip(self._names, self._symbols, values, self._waves, strict=True):
-            style = "bold green" if value is True else ""
-            line = "".join("▇" if on else "▁" for on in wave) if wave is not None else ""
-            table.add_row(
-                name, str(symbol.type), Text(_shown(value, symbol.type), style), Text(line, "green")
-            )
+        rows = [
+            (name, str(symbol.type), _with_unit(value, symbol.type))
+            for name, symbol, value in zip(self._names, self._symbols, values, strict=True)
+        ]
+        columns = [("variable", {}), ("type", {"style": "dim"}), ("value", {"justify": "right"})]
+        widths = [max(map(len, (title, *column))) for (title, _), column in
+                  zip(columns, zip(*rows, strict=True) if rows else ((), (), ()), strict=True)]
+        left = self._console.size.width - _EDGES - sum(width + _BETWEEN for width in widths)
+        # A narrow terminal shows what a variable is before what it was.
+        typed = left + _BETWEEN >= 0
+        history = min(_HISTORY, left) if left >= _LEAST_HISTORY else 0
+        for title, style in columns if typed else columns[::2]:
+            table.add_column(title, no_wrap=True, **style)
+        if history:
+            table.add_column(f"last {history} scans", no_wrap=True)
+        for (name, kind, shown), value, wave in zip(rows, values, self._waves, strict=True):
+            cells = [Text(name), *([Text(kind)] if typed else []), Text(shown, "bold green" if value is True else "")]
+            if history:
+                line = "".join("▇" if on else "▁" for on in list(wave or ())[-history:])
+                cells.append(Text(line, "green"))
+            table.add_row(*cells)
         return table
 
 
 def _shown(value: object, type_) -> str:
     text = show(value, type_)
     return repr(text) if isinstance(type_, String) else text
+
+
+def _with_unit(value: object, type_: Type) -> str:
+    return _shown(value, type_) + (" ms" if isinstance(type_, Elementary) and type_.kind == "time" else "")
 
 
 def _time(machine: Machine) -> str:
