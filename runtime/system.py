@@ -26,6 +26,7 @@ from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller, Loaded
 from runtime.processors.invariants import Entry as Trace
 from runtime.processors.invariants import Snapshot
+from runtime.processors.states import Slave as State
 from runtime.protocol.memory import Memory, Watched, allocate, shared_size, shared_words
 from runtime.scheduler.report import Row, rows
 from runtime.scheduler.scheduler import OVERRUNS, Scheduler
@@ -345,8 +346,9 @@ class System:
                   for slot in self._flags.raised(p.number, to_slave)}
         open_ = {(p.placed.slave, to_slave, p.placed.slot) for p in self.master.proxies
                  for to_slave in (True, False) if not p.endpoint.idle}
-        return Snapshot(self._began + now, self.master.state, tuple(p.state for p in self.slaves),
-                        tuple(p.executing for p in self.slaves), self.master.estop,
+        return Snapshot(self._began + now, self.master.state,
+                        tuple(State.ERROR if s.off else s.part.state for s in self._slaves),
+                        tuple(0 if s.off else s.part.executing for s in self._slaves), self.master.estop,
                         all(value(symbol) == wanted for symbol, wanted in safe), frozenset(raised),
                         frozenset(open_))
 

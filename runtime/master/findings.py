@@ -41,6 +41,23 @@ class LinkFault:
 
 
 @record
+class SlaveAnew:
+    """A slave has begun anew. ``scan``, ``now_ns``: of the master when it was told."""
+
+    slave: int
+    scan: int
+    now_ns: int
+
+    def diagnostic(self) -> Diagnostic:
+        """What has ended, and what leads on."""
+        when = f"in scan {self.scan}, at {milliseconds(self.now_ns)} ms"
+        return Diagnostic(
+            "LD0861", f"slave{self.slave} has begun anew: all that it executed ended {when}", None, (),
+            "it had no power, its process was ended, or it could not reach the master; its modules stand "
+            "until [safety] reset, which makes the links new")
+
+
+@record
 class ScanOverdue:
     """The watchdog of the control thread has ended everything. ``scan``, ``now_ns``: of the master."""
 

@@ -15,7 +15,7 @@ from ldc.il.placement import Placed
 from runtime import units
 from runtime.faults import TaskOverdue
 from runtime.machine import Machine, Schedule
-from runtime.master.findings import WATCHDOG, LinkFault, ScanOverdue
+from runtime.master.findings import WATCHDOG, LinkFault, ScanOverdue, SlaveAnew
 from runtime.master.mail import Mail
 from runtime.master.modules import Modules
 from runtime.master.proxy import Proxy, Told
@@ -26,6 +26,7 @@ from runtime.master.waiting import LONG_NS, StepWaits, Waiting
 from runtime.master.wiring import Wiring
 from runtime.online.controller import Controller
 from runtime.processors.states import SLAVE_FAULTS, Master
+from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import Command
 from runtime.protocol.memory import Memory
 from runtime.units import UnitEvent
@@ -43,6 +44,7 @@ class MasterPart:
     units as they are executed, None: nobody listens; ``now``: the time in ns. ``on_emergency`` is called when
     an emergency begins, for those who reach the slaves without P; ``on_machine`` when a scan has brought
     another machine, to call ``change``. ``wiring``: inputs and outputs that a plant is wired to.
+    ``ready``: asked when somebody acknowledges, until it says TRUE: who has lost slaves brings them back.
     ``t_ack_ns``: after which a slave counts as silent. ``safety``: the state, and what the emergency thread
     does. ``findings``: what people are to be told when the run ends, in the order in which it happened."""
 
@@ -50,12 +52,14 @@ class MasterPart:
                  coordination: Coordination, note: Callable[[UnitEvent], None] | None,
                  now: Callable[[], int], *,
                  on_emergency: Callable[[], None] = lambda: None, wiring: Wiring | None = None,
-                 on_machine: Callable[[], None] = lambda: None, t_ack_ns: int = T_ACK_NS) -> None:
+                 on_machine: Callable[[], None] = lambda: None, t_ack_ns: int = T_ACK_NS,
+                 ready: Callable[[], bool] = lambda: True) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
         self.safety = Safety(on_emergency, wiring)
-        self.findings: list[LinkFault | ScanOverdue] = []
+        self.findings: list[LinkFault | ScanOverdue | SlaveAnew] = []
         self._tell = _teller(note, now)
         self._on_machine, self._wiring = on_machine, wiring
+        self._ready, self._wanted = ready, False
         self.machine = _machine(runner)
         # A tick is a scan: as many of them as last T_ack, and the one that has begun.
         self._periods = -(-t_ack_ns // self.machine.period_ns) + 1
@@ -261,7 +265,7 @@ class MasterPart:
         return self._waiting.told(self.customised_program, self.machine.now_ns, not self._sequence_goes_on)
 
     @property
-    def told(self) -> tuple[LinkFault | ScanOverdue | StepWaits, ...]:
+    def told(self) -> tuple[LinkFault | ScanOverdue | SlaveAnew | StepWaits, ...]:
         """What people are to be told when the run ends: ``findings``, and a step that has waited long."""
         waits = self.waits
         late = waits is not None and waits.what.number > 0 and waits.waited_ns > LONG_NS
@@ -277,17 +281,31 @@ class MasterPart:
 
     def communicate(self) -> None:
         """Serves the transfers of all algorithms as far as they go now."""
+        self._find_open()
+        for proxy in tuple(self._open):
+            self._serve(proxy)
+
+    def serving(self) -> Iterator[Endpoint]:
+        """``communicate`` for a master whose transfers take time: each ``next`` serves one algorithm."""
+        self._find_open()
+        for proxy in tuple(self._open):
+            self._serve(proxy)
+            yield proxy.endpoint
+
+    def _find_open(self) -> None:
+        """The transfers that slaves have begun are open too."""
         load = self.memory.shared.load
         for address, line in self._lines:
             begun = load(address)
             if begun:
                 self._open |= {proxy: None for mask, proxy in line if begun & mask}
-        for proxy in tuple(self._open):
-            told = proxy.poll()
-            if told is not None:
-                self._learn(proxy, told)
-            if proxy.endpoint.idle:
-                self._open.pop(proxy, None)
+
+    def _serve(self, proxy: Proxy) -> None:
+        told = proxy.poll()
+        if told is not None:
+            self._learn(proxy, told)
+        if proxy.endpoint.idle:
+            self._open.pop(proxy, None)
 
     def _learn(self, proxy: Proxy, told: Told) -> None:
         if told is Told.FEEDBACK:
@@ -296,6 +314,10 @@ class MasterPart:
             self._standing.request(proxy)
         elif told is Told.FAULT:
             self.findings.append(self._standing.link_fails(proxy, self.machine))
+        elif told is Told.ANEW:
+            found = self._standing.begins_anew(proxy, self.machine)
+            if found is not None:
+                self.findings.append(found)
 
     # ---- emergency -------------------------------------------------------------------------------
 
@@ -309,11 +331,11 @@ class MasterPart:
         return True
 
     def _look(self) -> None:
-        if self.safety.look():
-            self._stand()
+        self._wanted = self.safety.look() or self._wanted
+        self._stand()
+        if self._wanted and self._ready():
+            self._wanted = False
             self.reset()
-        else:
-            self._stand()
 
     def _stand(self) -> None:
         """Ends what an emergency ends, once it has begun."""

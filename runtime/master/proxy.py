@@ -36,12 +36,14 @@ _REAL = 3.4028235677973366e38
 
 class Told(Enum):
     """What polling has brought. ``FEEDBACK`` waits for the next scan; ``STOPPED``: the slave has taken STOP;
-    ``FAULT``: the link stands until it is reset; ``LINKED``: it is new again."""
+    ``FAULT``: the link stands until it is reset; ``LINKED``: it is new again; ``ANEW``: the slave has begun
+    anew, or has given up its master."""
 
     FEEDBACK = "feedback"
     STOPPED = "stopped"
     FAULT = "fault"
     LINKED = "linked"
+    ANEW = "anew"
 
 
 class Proxy:
@@ -174,7 +176,8 @@ class Proxy:
         self.endpoint.reset()
 
     def tell_error(self, code: int) -> None:
-        """The instance tells a code of P, as if it were fed back."""
+        """The instance tells a code, as if it were fed back."""
+        self.error = code
         self._machine.assign(self._outputs[-1][0], code)
 
     # ---- in the communication thread ---------------------------------------------------------------
@@ -202,7 +205,9 @@ class Proxy:
 
     def _learn(self, event: sender.Event | receiver.Event) -> Told | None:
         match event:
-            case receiver.Delivered(envelope, values) if envelope.cmd != Command.RESET:
+            case receiver.Delivered(envelope) if envelope.cmd == Command.RESET:
+                return Told.ANEW
+            case receiver.Delivered(_, values):
                 self._quiet, self._box = 0, values
                 return Told.FEEDBACK
             case sender.Done():

@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 from ldc.il.areas import areas
 from runtime import units
 from runtime.machine import Machine
-from runtime.master.findings import LinkFault
+from runtime.master.findings import LinkFault, SlaveAnew
 from runtime.master.mail import Mail
 from runtime.master.modules import Life, Modules
 from runtime.master.proxy import Proxy
+from runtime.processors.states import BEGUN_ANEW
 from runtime.protocol.check import Code
 from runtime.protocol.memory import Memory, bit
 
@@ -40,6 +41,19 @@ class Standing:
                 self._abort(life)
         self._mail.raise_system("P_FAULT", proxy.placed.aid | proxy.fault << 16)
         return LinkFault(proxy.placed.slave, proxy.placed.path, proxy.fault, machine.scans, machine.now_ns)
+
+    def begins_anew(self, proxy: Proxy, machine: Machine) -> SlaveAnew | None:
+        """A slave has begun anew, in `serror`, and knows nothing of what it executed. None when all that is
+        known already."""
+        slave = proxy.placed.slave
+        if all(other.error == BEGUN_ANEW for other in self._proxies if other.placed.slave == slave):
+            return None
+        proxy.error = BEGUN_ANEW
+        self.slave_fails(proxy)
+        for other in self._proxies:
+            if other.placed.slave == slave:
+                other.tell_error(BEGUN_ANEW)
+        return SlaveAnew(slave, machine.scans, machine.now_ns)
 
     def slave_fails(self, proxy: Proxy) -> None:
         """A slave is in `serror`: all that it executed has ended, without a word of each algorithm."""

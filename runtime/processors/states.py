@@ -41,6 +41,9 @@ class Algorithm(IntEnum):
 SLAVE_FAULTS = range(800, 900)
 """What ``error`` of an algorithm in IL becomes by a fault, which is one of its whole slave: LD0801 is 801."""
 
+BEGUN_ANEW = 861
+"""The fault of a slave that has forgotten what it did: LD0861."""
+
 
 class MasterEvent(Enum):
     """``MODULES``: a start bit of a module is 1; ``NO_MODULES``: none is any more; ``ACKNOWLEDGE``: by a

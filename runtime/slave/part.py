@@ -14,6 +14,9 @@ An algorithm executes from START until one of these:
 - a fault in its IL: AFS = error, feedback with the number of the fault (801 for LD0801), and the slave goes
   to ``serror``: all other algorithms end at once. So they do in an emergency, or when a link fails.
 
+A slave that has been without power, or is a new process, begins in ``serror`` too (``restart``), and says so
+by RESET of its own direction; all START are answered by an error until its master makes the links new.
+
 RESET of any link leads out of ``serror``; the algorithm with the fault begins with its initial state then.
 Until that a START is taken, and answered by AFS = error. Whatever ends at once or with an error, its local
 outputs get their initial values. What has ended takes a further UPDATE without doing anything: its master may
@@ -27,13 +30,14 @@ from dataclasses import replace
 from math import gcd
 from typing import TYPE_CHECKING
 
-from ldc.il.areas import PROCESSORS
+from ldc.il.areas import PROCESSORS, areas
 from ldc.il.placement import Placed
 from runtime import units
 from runtime.field import Field
 from runtime.processors.invariants import Executed, Took
 from runtime.processors.states import (
     ALGORITHM,
+    BEGUN_ANEW,
     SLAVE,
     SLAVE_FAULTS,
     AlgorithmEvent,
@@ -58,6 +62,8 @@ if TYPE_CHECKING:
 
 _TICK = 1_000_000
 """Nanoseconds of a period of P."""
+
+_FLAGS = areas()["SPF"]
 
 
 class SlavePart:
@@ -130,12 +136,30 @@ class SlavePart:
         return retained.saved(slot.algorithm, slot.leaves)
 
     def restore(self, kept: Mapping[str, Entry]) -> None:
-        """Puts back what was saved, by path, before the first START. Raises ValueError when bytes are no value
-        of their type."""
+        """Puts back what was saved, by path, before the first START. Raises ValueError when bytes are no
+        value of their type."""
         from runtime.slave import retained
 
         for slot in self._slots:
             retained.put_back(slot.algorithm, retained.leaves(slot.maker, slot.placed), kept)
+
+    def restart(self, kept: Mapping[str, Entry]) -> None:
+        """Begins anew where another one has lost its power or its process, and nothing of it is known but
+        what it retained: ``kept``, by path."""
+        for at in range(_FLAGS.first(self.number), _FLAGS.first(self.number) + _FLAGS.size, 4):
+            self.memory.shared.store(at, 0)
+        self.live = ()
+        self._slots = [self._made(slot.placed, slot.maker) for slot in self._slots]
+        if kept:
+            self.restore(kept)
+        self.state = follow(SLAVE, Slave.STOP, (SlaveEvent.FAULT,))
+        self._open = 0
+        for slot in self._slots:
+            slot.error = BEGUN_ANEW
+            slot.execute_flag(False)
+            slot.enter(State.ERROR)
+            slot.endpoint.reset()
+            self._open |= slot.mask
 
     @property
     def period_ns(self) -> int:
