@@ -262,7 +262,7 @@ class System:
             part.communicate()
             if self._flags.by_slave(part.number):
                 self._scheduler.raise_event(self._communication)
-            if part.busy and slave.due == NEVER:
+            if part.live and slave.due == NEVER:
                 slave.due = -(-now // slave.period_ns) * slave.period_ns
                 if slave.due == now:
                     slave.due += slave.period_ns
@@ -308,10 +308,11 @@ class System:
             self.machine.latch()
             self._guard()
         end = scheduler.now_ns + self.machine.period_ns
+        planned = scheduler.next_ns
         while True:
-            due, now = self._plant_due, scheduler.next_ns
-            if due < now:
-                now = due
+            due = now = self._plant_due
+            if planned < now:
+                now = planned
             for slave in slaves:
                 if slave.due < now:
                     now = slave.due
@@ -325,14 +326,18 @@ class System:
                 if self._executions is not None:
                     scheduler.run(now)
                     self._guard()
+                    planned = scheduler.next_ns
             for slave in slaves:
                 if slave.due == now:
-                    busy = slave.part.busy
-                    slave.due = now + slave.period_ns if busy else NEVER
-                    if busy:
-                        scheduler.release_first(slave.algorithm, now)
-            if scheduler.next_ns <= now:
+                    if not slave.part.live:
+                        slave.due = NEVER
+                        continue
+                    slave.due = now + slave.period_ns
+                    if scheduler.release_first(slave.algorithm, now):
+                        planned = now
+            if planned <= now:
                 scheduler.run(now + 1)
+                planned = scheduler.next_ns
             if seen is not None:
                 seen(self.snapshot(now))
         scheduler.run(end)

@@ -48,7 +48,7 @@ def test_from_start_to_rest(rig: Rig) -> None:
     slave = rig.slaves[0]
     rig.send(PATH, Command.START, **GO)
     rig.talk()
-    assert slave.state is Slave.READY and slave.executing == 0 and slave.busy
+    assert slave.state is Slave.READY and slave.executing == 0 and slave.live
     rig.run(12)
     first, *_, last = rig.told(PATH)
     assert (first["AFS"], first["us"], first["position"]) == (Algorithm.RUNNING, 0, 0.0)
@@ -64,7 +64,7 @@ def test_from_start_to_rest(rig: Rig) -> None:
     told = rig.told(PATH)
     assert states(told) == [Algorithm.RUNNING, Algorithm.RUNNING, Algorithm.DONE]
     assert [values["position"] for values in told] == pytest.approx([1.0, 0.0, 0.0], abs=1e-5)
-    assert slave.state is Slave.STOP and slave.executing == 0 and not slave.busy
+    assert slave.state is Slave.STOP and slave.executing == 0 and not slave.live
     units = [event.unit for event in rig.units if event.unit not in ("A.EXEC", "A.FEEDBACK")]
     assert units == ["A.START", "A.DEFRAME", "A.DEFRAME", "A.END"]
     executed = len([event for event in rig.units if event.unit == "A.EXEC"])
@@ -138,7 +138,7 @@ def test_parameters_are_checked_again_by_p(rig: Rig, change: dict, code: Code) -
     rig.send(PATH, Command.START, **GO | change)
     rig.run(3)
     assert rig.links[PATH].events == [Fault(1, code)]
-    assert rig.slaves[0].state is Slave.STOP and not rig.slaves[0].busy
+    assert rig.slaves[0].state is Slave.STOP and not rig.slaves[0].live
     rig.sound()
 
 

@@ -102,18 +102,30 @@ class Scheduler:
         self._end_pieces()
         self._released(thread.on, thread)
 
-    def release_first(self, thread: Thread, now_ns: int) -> None:
+    def release_first(self, thread: Thread, now_ns: int) -> bool:
         """``release`` at a time before which nothing happens, of the most urgent thread that its processor
-        gets then: it begins at once, without the queue, when nothing else of that moment goes before it."""
+        gets then: it begins at once, without the queue, when nothing else of that moment goes before it.
+        Whether something else is to be done at that moment because of it."""
         on, agenda = thread.on, self._agenda
         self.now_ns = now_ns
         if self._turns or on.busy or thread.active or agenda and agenda[0][0] <= now_ns:
             self.release(thread)
-            return
+            return self._turns != 0
         thread.active, thread.released = True, now_ns
-        self._begin(on, thread)
-        if on.stack:
+        if self.log is not None:
+            self._note(on, thread, "began")
+        thread.counts.least_delay = 0
+        pieces = thread.work(now_ns)
+        if pieces is not None:
+            thread.pieces = pieces
+            on.stack.append(thread)
             self._turns |= 1 << on.index
+        elif self.log is not None or thread.pending is not None or thread is on.scan:
+            self._ended(on, thread)
+        else:  # as there, in no time
+            thread.active, thread.streak = False, 0
+            thread.counts.executions += 1
+        return self._turns != 0
 
     def _released(self, on: _Processor, thread: Thread) -> None:
         if not thread.active:

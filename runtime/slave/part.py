@@ -74,7 +74,8 @@ class SlavePart:
     milliseconds without an answer until a transfer is repeated, and until flags of the master that stay 1
     are a failure.
 
-    ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
+    ``live``: what executes or is about to: as long as there is something, ``execute`` is to be called every
+    ``period_ns``. ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
     what makers raise.
     """
 
@@ -89,7 +90,7 @@ class SlavePart:
         self._profile, self._ack_periods = profile, ack_periods
         self._running = channel(number, True).running
         self._slots: list[Slot] = []
-        self._live: tuple[Slot, ...] = ()
+        self.live: tuple[Slot, ...] = ()
         self._open = self._looked_at = self._tick_at = 0
         self.place(placed, makers)
 
@@ -172,11 +173,6 @@ class SlavePart:
         return executing(self.memory)
 
     @property
-    def busy(self) -> bool:
-        """An algorithm executes or is about to: ``execute`` is to be called every ``period_ns``."""
-        return bool(self._live)
-
-    @property
     def wanted(self) -> bool:
         """A transfer is open, on this side or by the master."""
         return self._open != 0 or self.memory.shared.load(self._running) != 0
@@ -240,7 +236,7 @@ class SlavePart:
         elif envelope.cmd == Command.START:
             slot.live, slot.begun, slot.error = True, False, 0
             slot.enter(slot.state)
-            self._live += slot,
+            self.live += slot,
             self._move(SlaveEvent.START)
 
     def _move(self, *events: SlaveEvent) -> None:
@@ -279,13 +275,36 @@ class SlavePart:
         """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate``
         has something to do."""
         now = self._now()
-        for slot in self._live:
+        for slot in self.live:
             if not slot.live:
                 continue  # another one has led to serror
             if not slot.begun:
                 self._begin(slot, now)
-            if now >= slot.due:
-                self._once(slot, now)
+            if now < slot.due:
+                continue
+            if slot.fresh:
+                slot.deframe()
+                self._told(units.A_DEFRAME, slot, now)
+            elapsed, slot.last = now - slot.last, now
+            slot.due += slot.placed.period_ns
+            if slot.due <= now:
+                slot.due = now + slot.placed.period_ns
+            if self._note is not None:
+                self._told(units.A_EXEC, slot, now)
+            if self._seen is not None:
+                self._seen(Executed(self.number, slot.seq, slot.placed.aid))
+            try:
+                goes_on = slot.algorithm.execute(elapsed)
+            except AlgorithmFault as fault:
+                self._fault(slot, fault)
+                continue
+            if slot.algorithm.error or not goes_on:
+                self._ends(slot)
+            elif not slot.tell and slot.due >= (now // self._scan_ns + 1) * self._scan_ns:
+                # The last execution before the next scan: its logic sees what is at most a period old.
+                slot.tell = slot.algorithm.outputs() != slot.sent
+            if slot.tell and slot.endpoint.ready:
+                self._feed(slot)
         return self._open != 0
 
     def _begin(self, slot: Slot, now: int) -> None:
@@ -297,39 +316,19 @@ class SlavePart:
         self._move(SlaveEvent.START, SlaveEvent.EXECUTES)
         self._told(units.A_START, slot, now)
 
-    def _once(self, slot: Slot, now: int) -> None:
-        algorithm, period = slot.algorithm, slot.placed.period_ns
-        if slot.fresh:
-            slot.deframe()
-            self._told(units.A_DEFRAME, slot, now)
-        elapsed, slot.last = now - slot.last, now
-        slot.due += period
-        if slot.due <= now:
-            slot.due = now + period
-        if self._note is not None:
-            self._told(units.A_EXEC, slot, now)
-        if self._seen is not None:
-            self._seen(Executed(self.number, slot.seq, slot.placed.aid))
-        try:
-            goes_on = algorithm.execute(elapsed)
-        except AlgorithmFault as fault:
-            self._fault(slot, fault)
-            return
-        if algorithm.error:
-            self._error(slot, NO_ERROR if algorithm.error in SLAVE_FAULTS else algorithm.error)
-        elif not goes_on:
-            self._end(slot, AlgorithmEvent.DONE)
-        elif slot.tell or slot.due >= (now // self._scan_ns + 1) * self._scan_ns:
-            # The last execution before the next scan: its logic sees what is at most a period old.
-            slot.tell = slot.tell or algorithm.outputs() != slot.sent
-        if slot.tell and slot.endpoint.ready:
-            self._feed(slot)
-
     def _end(self, slot: Slot, event: AlgorithmEvent) -> None:
         """A.END; its feedback says so."""
         self._drop(slot, follow(ALGORITHM, slot.state, (event,)))
         slot.tell = True
         self._told(units.A_END, slot, self._now())
+
+    def _ends(self, slot: Slot) -> None:
+        """By itself."""
+        error = slot.algorithm.error
+        if error:
+            self._error(slot, NO_ERROR if error in SLAVE_FAULTS else error)
+        else:
+            self._end(slot, AlgorithmEvent.DONE)
 
     def _error(self, slot: Slot, error: int) -> None:
         slot.error = error
@@ -339,11 +338,11 @@ class SlavePart:
     def _drop(self, slot: Slot, state: State) -> None:
         """It executes no more."""
         slot.live = slot.begun = slot.tell = False
-        self._live = tuple(other for other in self._live if other is not slot)
+        self.live = tuple(other for other in self.live if other is not slot)
         slot.execute_flag(False)
         slot.enter(state)
         if not self.executing:
-            self._move(SlaveEvent.ENDED, SlaveEvent.START if self._live else SlaveEvent.STOP)
+            self._move(SlaveEvent.ENDED, SlaveEvent.START if self.live else SlaveEvent.STOP)
 
     def _cease(self, slot: Slot) -> None:
         """It ends at once, and its local outputs are safe."""
