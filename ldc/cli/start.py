@@ -10,9 +10,9 @@ import sys
 def entry() -> None:
     """Run the command of `sys.argv`, and end with its status.
 
-    While modules are loaded, and when the command is done, Ctrl-C ends the process as it ends one that knows nothing
-    of it: Python would show a traceback of imports. In between it is the `KeyboardInterrupt` that commands heed. A
-    shell that starts a command in the background lets it ignore Ctrl-C; then it does.
+    While modules are loaded, and when the command is done, Ctrl-C ends the process as it ends one that knows
+    nothing of it: Python would show a traceback of imports. In between it is the `KeyboardInterrupt` that
+    commands heed. A shell that starts a command in the background lets it ignore Ctrl-C; then it does.
     """
     heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if heeded:

@@ -155,7 +155,8 @@ class LiveTable:
         if history:
             table.add_column(f"last {history} scans", no_wrap=True)
         for (name, kind, shown), value, wave in zip(rows, values, self._waves, strict=True):
-            cells = [Text(name), *([Text(kind)] if typed else []), Text(shown, "bold green" if value is True else "")]
+            style = "bold green" if value is True else ""
+            cells = [Text(name), *([Text(kind)] if typed else []), Text(shown, style)]
             if history:
                 line = "".join("▇" if on else "▁" for on in list(wave or ())[-history:])
                 cells.append(Text(line, "green"))
