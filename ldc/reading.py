@@ -14,6 +14,10 @@ LIMIT = 64 * 1024 * 1024
 _EIGHT_BITS = (b"LDmicro", b"_FILES_CLASSICLADDER")
 """How files of tools begin that write the bytes of a code page; only comments have others than ASCII."""
 
+_TABLE = re.compile(rb'^"?\d*"?\t"?[^"\t\n]*"?\t"?(?:LD|NOP|P\d)', re.MULTILINE)
+"""A row of a table that GX Works writes; all but its comments is ASCII."""
+_JAPANESE = "\u30b9\u30c6\u30c3\u30d7".encode("cp932")
+"""The first word of the names of its columns."""
 _XML = re.compile(rb"""\s*<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([A-Za-z][\w.-]{0,30})["']""")
 _ENCODINGS = re.compile(
     r"(iso|windows|cp|koi8|mac|gb|big5|shift|sjis|euc|ks|us-ascii|ascii|latin)[\w.-]*\Z", re.IGNORECASE
@@ -72,6 +76,9 @@ def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | N
         at = error.start
     if data[:100].lstrip().startswith(_EIGHT_BITS):
         return SourceFile(shown, _line_ends(data.decode("latin-1")))
+    if _TABLE.search(data, 0, 6_000):
+        encoding = "cp932" if _JAPANESE in data[:6_000] else "latin-1"
+        return SourceFile(shown, _line_ends(data.decode(encoding, "replace")))
     before = _line_ends(data[:at].decode("utf-8"))
     source = SourceFile(shown, before + _line_ends(data[at : at + 200].decode("utf-8", "replace")))
     if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
@@ -91,8 +98,8 @@ def _decode(data: bytes, shown: str, diagnostics: Diagnostics) -> SourceFile | N
 
 
 def _as_declared(data: bytes) -> str | None:
-    """The text of XML that is not UTF-8, by its first bytes or its declaration; None when it is UTF-8, no XML,
-    or not what it says."""
+    """The text of XML, or of a table with a byte order mark, that is not UTF-8, by its first bytes or its
+    declaration; None when it is UTF-8, neither of them, or not what it says."""
     encoding = _UTF_16.get(data[:2])
     if encoding is None and (declared := _XML.match(data)) is not None:
         name = declared[1].decode("ascii")
@@ -103,6 +110,8 @@ def _as_declared(data: bytes) -> str | None:
         text = data.decode(encoding)
     except (LookupError, ValueError):
         return None
+    if encoding == "utf-16" and "\t" in text[:2_000]:
+        return text
     return text if text.lstrip()[:1] == "<" else None
 
 

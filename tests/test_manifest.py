@@ -133,9 +133,9 @@ def test_the_place_of_a_wrong_byte_is_told(folder: Path) -> None:
 
 
 def test_arguments_that_are_no_source(folder: Path) -> None:
-    write(folder, notes_txt="", sub__x_ld=RUNG, axis_ldc_toml="")
+    write(folder, notes_md="", sub__x_ld=RUNG, axis_ldc_toml="")
     (folder / "noext").write_text("")
-    assert found("notes.txt", "noext", "gone.ld", "gone", "sub", "axis.ldc.toml", "gone/ldc.toml", "a\0b.ld")[
+    assert found("notes.md", "noext", "gone.ld", "gone", "sub", "axis.ldc.toml", "gone/ldc.toml", "a\0b.ld")[
         1
     ] == ["LD0601", "LD0601", "LD0601", "LD0602", "LD0605", "LD0605", "LD0605", "LD0606"]
 

@@ -233,6 +233,117 @@ def test_comparisons_of_32_bits() -> None:
     assert run(text, [{"D1": 1}, {"D1": 0}], "Y0") == ["1", "0"]
 
 
+# ---- controllers that count and name devices otherwise
+
+def test_lists_of_q_count_inputs_in_sixteens() -> None:
+    result = compiled("LD X1A\nOR SM400\nOUT Y0F\nLD D0.A\nOUT B1F\n")
+    variables = [v for section in result.project.files[0].pous[0].var_blocks for v in section.variables]
+    assert [(v.name, v.location) for v in variables] == [
+        ("B1F", None), ("D0", None), ("X1A", "%IX3.2"), ("YF", "%QX1.7")]
+    assert [f"{d.code} {d.help}" for d in compiled("LD X8\nOUT Y0\n").diagnostics][0].endswith("`; QCPU`")
+    assert compiled("; QCPU\nLD X8\nOUT Y9\n").program is not None
+
+
+@pytest.mark.parametrize(("text", "given_", "watch", "result"), [
+    ("+ K3 D0", {"D0": 4}, "D0", "7"), ("- D1 D0", {"D0": 4, "D1": 6}, "D0", "-2"),
+    ("+ D0 D1 D2", {"D0": 4, "D1": 6}, "D2", "10"), ("D- D0 K1 D2", {"D0": 0, "D1": 1}, "D2 D3", "-1 0"),
+    ("* D0 D1 D2", {"D0": 300, "D1": 300}, "D2 D3", "24464 1"), ("/ D0 K7 D2", {"D0": 30}, "D2 D3", "4 2"),
+    ("WAND H0F D0", {"D0": 0x3C}, "D0", "12"), ("XCH D0 D1", {"D0": 1, "D1": 2}, "D0 D1", "2 1"),
+    ("BCD D0 D1", {"D0": 1234}, "D1", str(0x1234)), ("BIN D1 D0", {"D1": 0x1234}, "D0", "1234"),
+    ("MOV K2M0 D0", {"M0": True, "M3": True, "M7": True}, "D0", "137"),
+    ("MOV D0 K1M4", {"D0": 0b10110}, "M4 M5 M6 M7", "0 1 1 0"),
+    ("MOV K1M0 K1M1", {"M0": True, "M2": True}, "M1 M2 M3 M4", "1 0 1 0"),
+    ("DMOV K8M0 D0", {"M31": True, "M0": True}, "D0 D1", "1 -32768"),
+    ("SET D0.3", {"D0": 1}, "D0", "9"), ("RST D0.0", {"D0": 9}, "D0", "8"), ("OUT D0.F", {}, "D0", "-32768"),
+    ("FF M0", {"M0": True}, "M0", "0"), ("MOVP D0.5 D1", {}, "", None),
+])
+def test_data_instructions_of_q(text: str, given_: dict, watch: str, result: str | None) -> None:
+    text = f"; QCPU, LD SM402, {text}"
+    if result is None:
+        assert errors(listing(text)) == ["LD0151 MELSEC: `D0.5` is not supported"]
+    else:
+        assert run(text, [given_], watch) == [result]
+
+
+def test_bits_of_registers_are_contacts_and_coils() -> None:
+    text = "; QCPU, LD D0.1, ANI D0.2, OUT M0, LD M1, OUT D1.0"
+    assert run(text, [{"D0": 2}, {"D0": 6, "M1": True}, {"D0": 2, "M1": False}], "M0 D1") == [
+        "1 0", "0 1", "1 0"]
+
+
+def test_the_instruction_tells_the_unit_of_a_timer_of_q() -> None:
+    text = "LD X0, OUTH T250 K2, OUT T1 K1, OUT ST0 K1, LD T250, OUT Y0"
+    rows = [{"X0": True}] + [{}] * 11
+    found = run(text, rows, "Y0 T1.Q ST0.V")
+    assert found[1] == "0 0 0" and found[2] == "1 0 0" and found[9] == "1 0 0" and found[10] == "1 1 1"
+
+
+def test_clocks_of_q_begin_off() -> None:
+    found = run("LD SM410, OUT Y0, LDI SM403, OUT Y1, LDI SM401, OUT Y2", [{}] * 11, "Y0 Y1 Y2")
+    assert [line[0] for line in found] == list("00000111110")
+    assert [line[2:] for line in found] == ["1 1"] + ["0 1"] * 10
+
+
+# ---- tables of GX Works
+
+def table(*rows: str, gap: str = "\t", head: str = "PLC Information:", cpu: str = "QCPU (Q mode) Q03UDV") -> str:
+    """`OUT T0 K5` as a row and one for each further operand; `> words` as a statement."""
+    lines = ['"MAIN"', f'"{head}"{gap}"{cpu}"', gap.join(f'"{c}"' for c in (
+        "Step No.", "Line Statement", "Instruction", "I/O(Device)", "Blank", "PI Statement", "Note"))]
+    for step, row in enumerate(rows):
+        word, *operands = ("", "") if row.startswith(">") else row.split()
+        statement = row if row.startswith(">") else ""
+        cells = [(str(step), statement, word, operands[0] if operands else "", "", "", "")]
+        cells += [("", "", "", operand, "", "", "") for operand in operands[1:]]
+        lines += [gap.join(f'"{cell}"' for cell in found) for found in cells]
+    return "\n".join(lines) + "\n"
+
+
+PLANT = table("> *Start", "LD X1A", "OUT T0 K5", ">> Count", "LDD>= D0 K70000", "ANI SM401", "OUT Y10", "END")
+
+
+@pytest.mark.parametrize("data", [
+    PLANT.encode(), b"\xff\xfe" + PLANT.replace("\n", "\r\n").encode("utf-16-le"),
+    PLANT.replace("\t", ",").encode(), PLANT.replace('"', "").encode(),
+    PLANT.replace("Step No.", "ステップ番号").replace("PLC Information:", "機種情報").encode("cp932"),
+])
+def test_tables_in_every_form(data: bytes, tmp_path: Path) -> None:
+    (tmp_path / "plant.csv").write_bytes(data)
+    result = compile_paths([str(tmp_path / "plant.csv")])
+    assert result.program is not None, said(result)
+    (pou, *_) = result.project.files[0].pous
+    assert (pou.name, pou.title) == ("plant", "MAIN")
+    assert [(r.title, " ".join(rung_text(r).split()).partition("[")[2]) for r in pou.body.rungs] == [
+        ("Start", "X1A] <T0: FX_TIMER(K := 5, UNIT := 100) out=_>"),
+        ("Count", "FX_LONG(D0, D1) >= 70000] [TRUE] (Y10)")]
+
+
+def test_a_table_of_fx_and_what_is_wrong_in_one() -> None:
+    result = compiled(table("LD X10", "OUT Y17", cpu="FXCPU FX3U/FX3UC"), "plant.csv")
+    assert [v.location for section in result.project.files[0].pous[0].var_blocks for v in section.variables] == [
+        "%IX1.0", "%QX1.7"]
+    lines = table("LD X0", "OUT Y0").splitlines(keepends=True)
+    text = "".join([*lines[:3], lines[3], lines[4].replace('"OUT"', '"OUR"'), '""\t""\t""\t"K5"\n'])
+    assert errors(text) == ["LD0151 MELSEC: the instruction OUR is not supported"]
+    assert errors("".join([*lines[:3], '""\t"x"\t""\t"K5"\t\t\t\n', *lines[3:]])) == []
+    assert errors("".join([*lines, '"9"\t"x"\t""\t"K5"\t\t\t\n'])) == [
+        "LD0150 MELSEC: `K5` belongs to no instruction"]
+
+
+def test_several_lists_share_their_devices() -> None:
+    first, second = table("LD X0", "OUT T0 K1", "LD M1", "OUT Y0"), table("LD T0", "OUT M1", "RST X1", "MOV K1 R0")
+    result = compile_project(Sources((SourceFile("a.csv", first), SourceFile("b.csv", second)), Settings(), None))
+    assert said(result) == []
+    machine = Machine(result.program)
+    machine.set("X0", True)
+    for _ in range(12):
+        machine.scan()
+    assert machine.get("Y0") and machine.get("R0") == 1
+    (shared, kept) = result.project.files[0].globals
+    assert [v.name for v in shared.variables] == ["M1", "T0", "X0", "Y0", "X1"]
+    assert kept.qualifiers == ("RETAIN",)
+
+
 # ---- broken lists
 
 @pytest.mark.parametrize(("text", "message"), [
@@ -247,14 +358,20 @@ def test_comparisons_of_32_bits() -> None:
     ("LD X0, OUT Y0, OR X1, OUT Y1", "LD0151 MELSEC: OR behind an output is not supported"),
     ("LD X0, SFTL M0 M1 K3 K1", "LD0151 MELSEC: the instruction SFTL is not supported"),
     ("LD X0, STL S0", "LD0151 MELSEC: the instruction STL is not supported"),
-    ("LD X0, MOV K1M0 D0", "LD0151 MELSEC: `K1M0` is not supported"),
+    ("LD X0, MOV D0Z1 D0", "LD0151 MELSEC: `D0Z1` is not supported"),
+    ("LD X0, MOV K8M0 D0", "LD0150 MELSEC: K8M0 has more than 16 bits"),
+    ("LD X0, MOV D0 K3", "LD0150 MELSEC: `K3` cannot be written"),
+    ("LD X0, OUTH M0", "LD0150 MELSEC: OUTH has 2 operands, here are 1"),
+    ("LDP D0.5, OUT M0, OUTH T0 K1", "LD0151 MELSEC: the edge of D0.5 is not supported"),
+    ("; FX3U, LD X0, OUT B0", "LD0150 MELSEC: FX has no device `B0`"),
+    ("LD X0, + D0", "LD0150 MELSEC: + has 2 or 3 operands, here are 1"),
     ("LD M8046, OUT Y0", "LD0151 MELSEC: the special device M8046 is not supported"),
     ("LD C235, OUT Y0", "LD0151 MELSEC: the high-speed counter C235 is not supported"),
     ("LD X0, CJ P1, OUT Y0, P1, LD X1, OUT Y1", "LD0151 MELSEC: OUT behind a jump is not supported"),
     ("LD X0, OUT M8002", "LD0150 MELSEC: M8002 is written by the controller alone"),
     ("LD X0, MOV K70000 D0", "LD0150 MELSEC: K70000 has more than 16 bits"),
     ("LD X0, OUT Y0, FEND, P1, LD X0, OUT Y1", "LD0151 MELSEC: what stands behind FEND is not supported"),
-    ("LD X0, OUT Y0, 5 + 3", "LD0150 MELSEC: this is no instruction"),
+    ("LD X0, OUT Y0, 5 & 3", "LD0150 MELSEC: this is no instruction"),
     ("LD X0, ZRST M9 M3", "LD0150 MELSEC: M9 to M3 is no range of at most 1024 devices"),
     ("LD X0, BMOV D0 D5 D9", "LD0151 MELSEC: `D9` as a number of devices is not supported"),
     ("LD X0, MC N0 M1, LD X1, OUT M8000", "LD0150 MELSEC: M8000 is written by the controller alone"),

@@ -23,13 +23,15 @@ _NOT_IN_NAMES = re.compile(r"\W+|__+", re.ASCII)
 
 @dataclass(slots=True)
 class Reading:
-    """One foreign source while it is read. ``format``: its name for messages."""
+    """One foreign source while it is read. ``format``: its name for messages; ``mend``: what helps where it
+    breaks the rules of its format."""
 
     source: SourceFile
     format: str
     diagnostics: Diagnostics
     remarks: list[ast.Remark] = field(default_factory=list)
     lost: bool = False
+    mend: str = "save the file again in the editor that it comes from"
 
     def span(self, start: int, end: int) -> Span:
         return Span(self.source, start, end)
@@ -38,7 +40,7 @@ class Reading:
         """The file breaks the rules of its format."""
         self.lost = True
         self.diagnostics.error("LD0150", f"{self.format}: {message}", span, label,
-                               help=help or "save the file again in the editor that it comes from")
+                               help=help or self.mend)
 
     def unsupported(self, span: Span, what: str, help: str, label: str = "this is not read") -> None:
         """Something that has a meaning which cannot be kept. ``what`` names the instruction or element."""

@@ -35,7 +35,7 @@ FORMATS: tuple[Format, ...] = (
            openplc.settled),
     Format("LDmicro", (".ld",), ldmicro.recognises, ldmicro.read),
     Format("ClassicLadder", (".clp", ".clprj"), classicladder.recognises, classicladder.read),
-    Format("MELSEC", (".il",), melsec.is_list, melsec.read),
+    Format("MELSEC", (".il", ".csv", ".txt"), melsec.is_list, melsec.read, None, melsec.settled),
 )
 """Asked in this order."""
 

@@ -1,4 +1,4 @@
-"""Devices and constants of FX controllers: as operands of rungs, and as the variables that they become."""
+"""Devices and constants: as operands of rungs, and as the variables that they become."""
 
 from __future__ import annotations
 
@@ -7,52 +7,64 @@ from dataclasses import dataclass
 
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
+from ldc.parser.melsec.family import FX, Family
 from ldc.parser.melsec.lines import Operand
 from ldc.records import record
 from ldc.source import Span
 
-_DEVICE = re.compile(r"([XYMSTCDLVZ])(\d{1,6})\Z")
+_DEVICE = re.compile(r"(S[MTD]|ZR|[XYMSTCDLVZBWFR])([0-9A-F]{1,8})\Z")
+_BIT = re.compile(r"([A-Z]+[0-9A-F]+)\.([0-9A-F])\Z")
+_GROUP = re.compile(r"K([1-8])([XYMSLBF])([0-9A-F]+)\Z")
 _CONSTANT = re.compile(r"K?([+-]?\d{1,11})\Z")
 _HEX = re.compile(r"H([0-9A-F]{1,8})\Z")
-_MOST = {"X": 0o17777, "Y": 0o17777, "T": 511, "C": 255, "M": 8511, "S": 4095, "L": 9999, "D": 8511,
-         "V": 7, "Z": 7}
-_CLOCKS = {8011: 10, 8012: 100, 8013: 1000, 8014: 60_000}
-"""Special relays that are on in the first half of every period, in milliseconds."""
-
 _DIRECTIONS = range(8200, 8235)
-_ALWAYS = {8000: True, 8001: False}
-_FIRST, _LATER = 8002, 8003
-BITS = frozenset("XYMSTCL")
-WORDS = frozenset("DVZTC")
+"""Relays of FX that make the counters C200 to C234 count down."""
+
+TIMERS, COUNTERS = frozenset(("T", "ST")), frozenset("C")
+BITS = frozenset((*"XYMSTCLBF", "ST", "SM"))
+COILS = frozenset("XYMSLBF")
+WORDS = frozenset((*"DVZTCWR", "ZR", "ST", "SD"))
+REGISTERS = frozenset((*"DVZWR", "ZR"))
+ROWS = frozenset((*"DWR", "ZR"))
+"""Registers that lie in long rows."""
+
+_KEPT = frozenset(("L", "R", "ZR"))
 
 
 @record
 class Device:
-    """``number``: counted in eights for X and Y, as the controller does, here as a number."""
+    """``number``: as a number, however the controller counts; ``radix``: how it does. ``by_number``: whether
+    the number tells the kind of a timer or counter, as in FX."""
 
     kind: str
     number: int
+    radix: int = 10
+    by_number: bool = True
 
     @property
     def name(self) -> str:
-        return f"{self.kind}{self.number:o}" if self.kind in "XY" else f"{self.kind}{self.number}"
+        if self.radix == 10:
+            return f"{self.kind}{self.number}"
+        return f"{self.kind}{self.number:o}" if self.radix == 8 else f"{self.kind}{self.number:X}"
 
     @property
     def is_long(self) -> bool:
         """Whether its value has 32 bits by itself."""
-        return self.kind == "C" and self.number >= 200
+        return self.kind == "C" and self.number >= 200 and self.by_number
 
     @property
     def type(self) -> str:
+        if self.kind == "ST" or self.kind == "T" and self.by_number and 246 <= self.number <= 255:
+            return "FX_TIMER_ACC"
         if self.kind == "T":
-            return "FX_TIMER_ACC" if 246 <= self.number <= 255 else "FX_TIMER"
+            return "FX_TIMER"
         if self.kind == "C":
             return "FX_COUNTER_32" if self.is_long else "FX_COUNTER"
-        return "INT" if self.kind in "DVZ" else "BOOL"
+        return "INT" if self.kind in WORDS else "BOOL"
 
     @property
     def unit(self) -> int:
-        """Of a timer, in milliseconds."""
+        """Of a timer whose number tells it, in milliseconds."""
         if self.number < 200 or 250 <= self.number <= 255:
             return 100
         return 10 if self.number < 246 else 1
@@ -69,8 +81,8 @@ class Use:
 class Devices:
     """Operands to expressions; remembers which devices occur. What cannot be read is told and gives None."""
 
-    def __init__(self, reading: Reading) -> None:
-        self.reading = reading
+    def __init__(self, reading: Reading, family: Family = FX) -> None:
+        self.reading, self.family = reading, family
         self.used: dict[Device, Use] = {}
         self.functions: set[str] = set()
 
@@ -78,35 +90,42 @@ class Devices:
 
     def device(self, operand: Operand, kinds: frozenset[str], what: str) -> Device | None:
         match = _DEVICE.match(operand.text)
-        if match is None or match[1] not in kinds:
-            if re.match(r"[A-Z]+\d+[A-Z.]", operand.text):
-                self.reading.unsupported(
-                    operand.span, f"`{operand.text[:40]}`",
-                    "write groups of bits, bits of words and indexed devices out device by device")
+        radix = self.family.radix.get(match[1], 10) if match is not None else 10
+        if match is None or match[1] not in kinds or match[1] not in self.family.most:
+            if re.match(r"[A-Z]+\d+[0-9A-F]*[A-Z.]|[$@]", operand.text):
+                self.reading.unsupported(operand.span, f"`{operand.text[:40]}`",
+                                         "write indexed devices out device by device")
+            elif match is not None and match[1] in kinds:
+                self.reading.malformed(operand.span,
+                                       f"{self.family.name} has no device `{operand.text[:40]}`",
+                                       help="a comment `; QCPU` says for which controller a list is")
             else:
                 self.reading.malformed(operand.span, f"`{operand.text[:40]}` is no {what}")
             return None
         kind, digits = match.groups()
-        if kind in "XY" and not set(digits) <= set("01234567"):
-            self.reading.malformed(operand.span, f"`{operand.text}` is no {what}",
-                                   help="X and Y are counted in eights: X7 is followed by X10")
+        if not set(digits) <= set("0123456789ABCDEF"[:radix]):
+            eights = ("X and Y are counted in eights: X7 is followed by X10; "
+                      "for a controller of the Q series write a comment `; QCPU`")
+            self.reading.malformed(operand.span, f"`{operand.text[:40]}` is no {what}",
+                                   help=eights if radix == 8 else "")
             return None
-        return self.numbered(kind, int(digits, 8 if kind in "XY" else 10), operand.span, what)
+        return self.numbered(kind, int(digits, radix), operand.span, what)
 
     def numbered(self, kind: str, number: int, span: Span, what: str) -> Device | None:
-        made = Device(kind, number)
-        if number > _MOST[kind]:
+        family = self.family
+        made = Device(kind, number, family.radix.get(kind, 10), not family.by_word)
+        if number > family.most[kind]:
             self.reading.malformed(span, f"there is no {what} {made.name}")
             return None
-        if kind == "C" and number >= 235:
+        if kind == "C" and number >= 235 and made.by_number:
             self.reading.unsupported(span, f"the high-speed counter {made.name}", "use a counter below C235")
             return None
-        special = kind in "MD" and number >= 8000
-        known = kind == "M" and (number in _ALWAYS or number in (_FIRST, _LATER) or number in _CLOCKS
-                                 or number in _DIRECTIONS)
-        if special and not known:
-            self.reading.unsupported(span, f"the special device {made.name}",
-                                     "M8000 to M8003, the clocks M8011 to M8014 and M8200 to M8234 are known")
+        known = kind == family.special and (family.known(number) or family is FX and number in _DIRECTIONS)
+        if family.special_relay(kind, number) and not known:
+            self.reading.unsupported(
+                span, f"the special device {made.name}",
+                "M8000 to M8003, the clocks M8011 to M8014 and M8200 to M8234 are known" if family is FX
+                else "SM400 to SM403 and the clocks SM409 to SM413 are known")
             return None
         self.used.setdefault(made, Use(span))
         return made
@@ -117,7 +136,7 @@ class Devices:
         return self.written(device, operand.span) if device is not None else None
 
     def written(self, device: Device, span: Span) -> ast.Name | None:
-        if device.kind == "M" and device.number in (*_ALWAYS, _FIRST, _LATER, *_CLOCKS):
+        if device.kind == self.family.special and self.family.known(device.number):
             self.reading.malformed(span, f"{device.name} is written by the controller alone")
             return None
         self.used[device].written = True
@@ -125,19 +144,42 @@ class Devices:
 
     def bit(self, operand: Operand) -> ast.Expr | None:
         """What a contact reads: of timers and counters the done bit."""
+        bit, family = _BIT.match(operand.text), self.family
+        if bit is not None:
+            word = self.device(Operand(bit[1], operand.span), REGISTERS, "register")
+            return None if word is None else one_bit(ast.Name(word.name, operand.span), int(bit[2], 16))
         device = self.device(operand, BITS, "device with a contact")
         if device is None:
             return None
         name = ast.Name(device.name, operand.span)
-        if device.kind == "M" and device.number in _ALWAYS:
-            value = _ALWAYS[device.number]
+        if device.kind == family.special and device.number in family.always:
+            value = family.always[device.number]
             del self.used[device]
             return ast.Literal(value, "BOOL", "TRUE" if value else "FALSE", operand.span)
-        if device.kind == "M" and device.number == _LATER:
+        if device.kind == family.special and device.number == family.later:
             del self.used[device]
-            self.numbered("M", _FIRST, operand.span, "relay")
-            return ast.Unary("NOT", ast.Name(f"M{_FIRST}", operand.span), operand.span)
-        return ast.Member(name, "Q", operand.span) if device.kind in "TC" else name
+            self.numbered(device.kind, family.first, operand.span, "relay")
+            return ast.Unary("NOT", ast.Name(f"{device.kind}{family.first}", operand.span), operand.span)
+        return ast.Member(name, "Q", operand.span) if device.kind in TIMERS | COUNTERS else name
+
+    def group(self, operand: Operand) -> list[Device] | None:
+        """The relays of a group such as K4M0, the lowest first; None when the operand is none (nothing is
+        told then) or names what is not there."""
+        match = _GROUP.match(operand.text)
+        first = self.device(Operand(f"{match[2]}{match[3]}", operand.span), COILS, "device with a coil"
+                            ) if match is not None else None
+        if first is None:
+            return None
+        found = [self.numbered(first.kind, first.number + n, operand.span, "device")
+                 for n in range(4 * int(match[1]))]
+        return None if None in found else found
+
+    def word_bit(self, operand: Operand) -> tuple[ast.Name, int] | None:
+        """The register and the number of the bit that are written by ``D0.5``."""
+        match = _BIT.match(operand.text)
+        word = self.device(Operand(match[1], operand.span), REGISTERS, "register") if match else None
+        name = self.written(word, operand.span) if word is not None else None
+        return None if name is None else (name, int(match[2], 16))
 
     def constant(self, operand: Operand, bits: int) -> ast.Literal | None:
         """``K10``, ``H1F``, ``10``; None when it is none. Hexadecimal ones are patterns of bits."""
@@ -158,6 +200,8 @@ class Devices:
         found = self.constant(operand, bits)
         if found is not None:
             return found
+        if _GROUP.match(operand.text):
+            return self._gathered(operand, bits)
         device = self.device(operand, WORDS, "value")
         if device is None:
             return None
@@ -166,23 +210,39 @@ class Devices:
             self.reading.unsupported(operand.span, f"{device.name} as a value of 16 bits",
                                      "counters from C200 on have 32 bits: use the D form of the instruction")
             return None
-        if device.kind in "TC":
+        if device.kind in TIMERS | COUNTERS:
             found = ast.Member(name, "V", operand.span)
             return found if device.is_long or bits == 16 else _call("INT_TO_DINT", found)
         if bits == 16:
             return name
-        if device.kind != "D":
+        if device.kind not in ROWS:
             self._pair(operand)
             return None
         other = self.numbered(device.kind, device.number + 1, operand.span, "data register")
         return self.call("FX_LONG", name, ast.Name(other.name, operand.span)) if other is not None else None
 
+    def _gathered(self, operand: Operand, bits: int) -> ast.Expr | None:
+        """The value of a group of relays."""
+        relays = self.group(operand)
+        if relays is None:
+            return None
+        if len(relays) > bits:
+            self.reading.malformed(operand.span, f"{operand.text} has more than {bits} bits")
+            return None
+        string = "WORD" if bits == 16 else "DWORD"
+        found: ast.Expr | None = None
+        for at, relay in enumerate(relays):
+            bit = _call(f"BOOL_TO_{string}", ast.Name(relay.name, operand.span))
+            bit = _call("SHL", bit, ast.Literal(at, None, str(at), operand.span)) if at else bit
+            found = bit if found is None else ast.Binary("OR", found, bit, operand.span)
+        return _call(f"{string}_TO_{'INT' if bits == 16 else 'DINT'}", found)
+
     def registers(self, operand: Operand, count: int) -> list[ast.Name] | None:
         """Data registers that are written, from one on."""
-        first = self.device(operand, frozenset("DVZ"), "data register")
+        first = self.device(operand, REGISTERS, "data register")
         if first is None:
             return None
-        if first.kind != "D" and count > 1:
+        if first.kind not in ROWS and count > 1:
             self._pair(operand)
             return None
         found = [self.numbered(first.kind, first.number + n, operand.span, "data register")
@@ -215,16 +275,23 @@ class Devices:
                 self.reading.remark("added", device.name, f"a variable of type {device.type}", use.span)
             made = ast.VarDecl(device.name, location, ast.NamedType(device.type, None, use.span), None,
                                use.span, use.span, notes.get(device.name))
-            groups[("RETAIN",) if device.kind == "L" else ()].append(made)
+            groups[("RETAIN",) if device.kind in _KEPT else ()].append(made)
         groups[()] += extra
         return tuple(ast.VarBlock("VAR", qualifiers, tuple(found), found[0].span)
                      for qualifiers, found in groups.items() if found)
 
-    def helpers(self) -> list[tuple[str, str, int | None]]:
+    def helpers(self) -> list[tuple[Device, str, int | None]]:
         """Special relays that something has to drive: (relay, type, period), in order."""
-        found = [(f"M{_FIRST}", "FX_FIRST", None)] if Device("M", _FIRST) in self.used else []
-        return found + [(f"M{n}", "FX_CLOCK", period) for n, period in _CLOCKS.items()
-                        if Device("M", n) in self.used]
+        own = {d.number: d for d in self.used if d.kind == self.family.special}
+        found = [(own[self.family.first], "FX_FIRST", None)] if self.family.first in own else []
+        return found + [(own[n], "FX_CLOCK", period) for n, period in self.family.clocks.items() if n in own]
+
+
+def one_bit(word: ast.Expr, number: int) -> ast.Binary:
+    """A bit of an INT."""
+    mask = ast.Literal(1 << number, "WORD", f"WORD#16#{1 << number:X}", word.span)
+    none = ast.Literal(0, "WORD", "WORD#0", word.span)
+    return ast.Binary("<>", ast.Binary("AND", _call("INT_TO_WORD", word), mask, word.span), none, word.span)
 
 
 def _call(function: str, *values: ast.Expr) -> ast.Call:

@@ -13,7 +13,8 @@ MAX_INSTRUCTIONS = 500_000
 _COMMENT = re.compile(r"(;|//)(.*)")
 _BLOCK = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _LINE = re.compile(
-    r"[ \t]*(?:\d+[ \t]+)?(?P<name>[A-Za-z]\w*+(?:[<>=]{1,2}(?!\w))?)(?P<colon>[ \t]*:)?(?P<rest>.*)")
+    r"[ \t]*(?:\d+[ \t]+)?(?P<name>[Dd]?[-+*/][Pp]?(?=\s)|[A-Za-z]\w*+(?:[<>=]{1,2}(?!\w))?)"
+    r"(?P<colon>[ \t]*:)?(?P<rest>.*)")
 _OPERAND = re.compile(r"[^\s,]+")
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from ldc.parser import ast
-from ldc.parser.melsec.devices import BITS, Device, Devices
+from ldc.parser.melsec.devices import COILS, COUNTERS, REGISTERS, ROWS, TIMERS, Device, Devices
 from ldc.parser.melsec.lines import Instruction, Operand
 from ldc.source import Span
 
@@ -14,9 +14,12 @@ MAX_RANGE = 1_024
 """Devices that one instruction writes."""
 
 NO_WIRE = "_"
-_COILS = frozenset("XYMSL")
 _STEPS = {"INC": "ADD", "DEC": "SUB"}
-_FORM = re.compile(r"(D)?(MOV|ADD|SUB|MUL|DIV|INC|DEC|CMP|NEG|CML)(P)?\Z")
+_SIGNS = {"+": "ADD", "-": "SUB", "*": "MUL", "/": "DIV"}
+_UNITS = {"OUT": 100, "OUTH": 10, "OUTHS": 1}
+"""Milliseconds of a timer where the instruction tells them."""
+
+_FORM = re.compile(r"(D)?(MOV|ADD|SUB|MUL|DIV|INC|DEC|CMP|NEG|CML|BCD|BIN|XCH|[-+*/])(P)?\Z")
 _WORDWISE = re.compile(r"([WD])(AND|OR|XOR)(P)?\Z")
 _PLAIN = re.compile(r"(ZRST|BMOV|FMOV|ALT)(P)?\Z")
 
@@ -57,33 +60,62 @@ class Outputs:
     # ---- coils
 
     def _coil(self, it: Instruction, operands: Operands) -> Paths:
-        kind = operands[0].text[:1]
-        if it.name == "OUT" and kind in ("T", "C") and len(operands) == 2:
+        kind = re.match(r"[A-Z]*", operands[0].text)[0]
+        counts = kind in TIMERS | COUNTERS
+        if it.name in _UNITS and counts and len(operands) == 2:
             return self._timer_or_counter(it, operands)
-        if it.name == "RST" and kind in ("T", "C"):
-            device = self.devices.device(operands[0], BITS, "timer or counter")
+        if it.name == "RST" and counts:
+            device = self.devices.device(operands[0], TIMERS | COUNTERS, "timer or counter")
             return [[self._reset(device, it.span)]] if device is not None else None
-        if it.name == "RST" and kind in ("D", "V", "Z"):
+        if "." in operands[0].text and it.name in ("OUT", "SET", "RST") and len(operands) == 1:
+            return self._bit_of_word(it, operands[0])
+        if it.name == "RST" and kind in REGISTERS:
             names = self.devices.registers(operands[0], 1)
             return [[_move(_number(0, it.span), names[0], it.span)]] if names else None
-        if len(operands) != 1:
-            self.operands(it, range(1, 2))
+        if len(operands) != 1 or it.name not in _MODIFIERS and not counts:
+            self.operands(it, range(2, 3) if it.name not in _MODIFIERS else range(1, 2))
             return None
-        if it.name == "OUT" and kind in ("T", "C"):
+        if it.name in _UNITS and counts:
             self.reading.malformed(it.span, f"{it.span.text} has no preset", "it takes two operands",
                                    f"write `{it.span.text} K10`, or the D that holds the preset")
             return None
-        target = self.devices.write(operands[0], _COILS, "device with a coil")
+        target = self.devices.write(operands[0], COILS, "device with a coil")
         return [[ast.Coil(_MODIFIERS[it.name], target, it.span)]] if target is not None else None
 
+    def _bit_of_word(self, it: Instruction, operand: Operand) -> Paths:
+        """OUT, SET or RST of D0.5."""
+        found = self.devices.word_bit(operand)
+        if found is None:
+            return None
+        word, number = found
+        pins = [("W", word), ("N", _number(number, it.span))]
+        self.devices.functions.add("FX_PUT_BIT")
+        if it.name == "OUT":
+            pins = [ast.Pin(name, value, False, it.span) for name, value in pins]
+            pins.append(ast.Pin("OUT", word, True, it.span))
+            return [[ast.Block(None, "FX_PUT_BIT", tuple(pins), "IN", NO_WIRE, it.span)]]
+        on = ast.Literal(it.name == "SET", "BOOL", "TRUE" if it.name == "SET" else "FALSE", it.span)
+        return [[_block("FX_PUT_BIT", it.span, [("IN", on), *pins], [("OUT", word)])]]
+
+    def _invert(self, it: Instruction, operands: Operands) -> Paths:
+        """FF: a rise of the power turns the device."""
+        target = self.devices.write(operands[0], COILS, "device with a coil")
+        if target is None:
+            return None
+        return [[*self._pulse(True, it.span), _move(ast.Unary("NOT", target, it.span), target, it.span)]]
+
     def _timer_or_counter(self, it: Instruction, operands: Operands) -> Paths:
-        device = self.devices.device(operands[0], frozenset("TC"), "timer or counter")
+        device = self.devices.device(operands[0], TIMERS | COUNTERS, "timer or counter")
         preset = self.devices.value(operands[1], 32 if device is not None and device.is_long else 16)
         if device is None or preset is None:
             return None
         pins = [("K", preset)]
-        if device.kind == "T":
-            pins.append(("UNIT", _number(device.unit, it.span)))
+        if it.name != "OUT" and (device.kind == "C" or device.by_number):
+            self.reading.malformed(it.span, f"{it.name} of {device.name}", help="OUT is for this device")
+            return None
+        if device.kind in TIMERS:
+            unit = device.unit if device.by_number else _UNITS[it.name]
+            pins.append(("UNIT", _number(unit, it.span)))
         elif device.is_long:
             direction = Device("M", 8000 + device.number)
             if direction in self.devices.used:
@@ -119,10 +151,14 @@ class Outputs:
         elif match.re is _WORDWISE:
             name, long, pulse = match[2], match[1] == "D", match[3]
         else:
-            name, long, pulse = match[2], bool(match[1]), match[3]
+            name, long, pulse = _SIGNS.get(match[2], match[2]), bool(match[1]), match[3]
         kind = "BITWISE" if match.re is _WORDWISE else name
         count, write = _DATA[kind]
-        operands = self.operands(it, range(count, count + 1))
+        two = kind == "BITWISE" or match[2] in ("+", "-")
+        operands = self.operands(it, range(count - two, count + 1))
+        if operands is not None and len(operands) == 2 and two:
+            # D := D op S is written `op S D`.
+            operands = (operands[1], operands[0], operands[1])
         found = write(self, it, name, 32 if long else 16, operands) if operands is not None else None
         before = self._pulse(bool(pulse), it.span) if found else []
         if not before:
@@ -135,7 +171,9 @@ class Outputs:
         return None if None in found else found
 
     def _store(self, value: ast.Expr, operand: Operand, bits: int, span: Span) -> Paths:
-        """A value into one data register or two."""
+        """A value into one data register or two, or into a group of relays."""
+        if operand.text[:1] == "K":
+            return self._spread(value, operand, bits, span)
         targets = self.devices.registers(operand, bits // 16)
         if targets is None:
             return None
@@ -144,14 +182,54 @@ class Outputs:
         self.devices.functions.add("FX_SPLIT")
         return [[_block("FX_SPLIT", span, [("IN", value)], [("OUT", targets[0]), ("HI", targets[1])])]]
 
+    def _spread(self, value: ast.Expr, operand: Operand, bits: int, span: Span) -> Paths:
+        """A value into relays, the lowest bit first."""
+        relays = self.devices.group(operand)
+        if relays is None:
+            if self.devices.constant(operand, bits) is not None:
+                self.reading.malformed(operand.span, f"`{operand.text[:40]}` cannot be written")
+            return None
+        type_, string = ("INT", "WORD") if bits == 16 else ("DINT", "DWORD")
+        paths: list[list[ast.Item]] = []
+        if not isinstance(value, (ast.Literal, ast.Name)):
+            kept = self.instance("value", type_, span)
+            paths.append([_move(value, kept, span)])
+            value = kept
+        for at, relay in enumerate(relays[:bits]):
+            target = self.devices.written(relay, operand.span)
+            if target is None:
+                return None
+            mask = ast.Literal(1 << at, string, f"{string}#16#{1 << at:X}", span)
+            none = ast.Literal(0, string, f"{string}#0", span)
+            bit = ast.Binary("AND", _pattern(bits, value), mask, span)
+            paths.append([_move(ast.Binary("<>", bit, none, span), target, span)])
+        return paths
+
     def _move(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands[:1], bits)
         if values is None:
             return None
         value = values[0]
-        if name == "CML":
+        if name == "BCD":
+            text, long = ("WORD", "INT") if bits == 16 else ("DWORD", "DINT")
+            value = _call(f"U{long}_TO_BCD_{text}", _call(f"{long}_TO_U{long}", value))
+            value = _call(f"{text}_TO_{long}", value)
+        elif name == "BIN":
+            text, long = ("WORD", "INT") if bits == 16 else ("DWORD", "DINT")
+            value = _call(f"{text}_BCD_TO_U{long}", _pattern(bits, value))
+            value = _call(f"U{long}_TO_{long}", value)
+        elif name == "CML":
             value = _converted(bits, ast.Unary("NOT", _pattern(bits, value), value.span))
         return self._store(value, operands[1], bits, it.span)
+
+    def _exchange(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
+        values = self._values(operands, bits)
+        if values is None:
+            return None
+        kept = self.instance("value", "INT" if bits == 16 else "DINT", it.span)
+        stores = (self._store(values[1], operands[0], bits, it.span),
+                  self._store(kept, operands[1], bits, it.span))
+        return None if None in stores else [[_move(values[0], kept, it.span)], *stores[0], *stores[1]]
 
     def _negate(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         values = self._values(operands, bits)
@@ -164,7 +242,7 @@ class Outputs:
         values = self._values(operands[:2], bits)
         if values is None:
             return None
-        if bits == 16:
+        if bits == 16 and operands[2].text[:1] != "K":
             targets = self.devices.registers(operands[2], 1)
             pins = [("IN1", values[0]), ("IN2", values[1])]
             return [[_block(name, it.span, pins, [("OUT", targets[0])])]] if targets else None
@@ -219,7 +297,7 @@ class Outputs:
     def _compare(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         """Three bits in a row: greater, equal, less."""
         values = self._values(operands[:2], bits)
-        first = self.devices.device(operands[2], frozenset("YMS"), "device with a coil")
+        first = self.devices.device(operands[2], COILS - {"X"}, "device with a coil")
         if values is None or first is None:
             return None
         paths = []
@@ -236,7 +314,8 @@ class Outputs:
 
     def _zone(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
         """Reset from one device to another."""
-        ends = [self.devices.device(operand, frozenset("YMSTCD"), "device") for operand in operands]
+        kinds = COILS - {"X"} | TIMERS | COUNTERS | ROWS
+        ends = [self.devices.device(operand, kinds, "device") for operand in operands]
         if None in ends:
             return None
         first, last = ends
@@ -249,13 +328,13 @@ class Outputs:
             device = self.devices.numbered(first.kind, number, it.span, "device")
             if device is None:
                 return None
-            if device.kind in "TC":
+            if device.kind in TIMERS | COUNTERS:
                 paths.append([self._reset(device, it.span)])
                 continue
             target = self.devices.written(device, it.span)
             if target is None:
                 return None
-            paths.append([_move(_number(0, it.span), target, it.span) if device.kind == "D"
+            paths.append([_move(_number(0, it.span), target, it.span) if device.kind in ROWS
                           else ast.Coil("R", target, it.span)])
         return paths
 
@@ -277,32 +356,36 @@ class Outputs:
             value = self.devices.value(operands[0], 16)
             values = [value] * count if value is not None else None
         else:
-            first = self.devices.device(operands[0], frozenset("D"), "data register")
-            row = [self.devices.numbered("D", first.number + n, it.span, "data register")
+            first = self.devices.device(operands[0], ROWS, "data register")
+            row = [self.devices.numbered(first.kind, first.number + n, it.span, "data register")
                    for n in range(count)] if first is not None else [None]
             values = None if None in row else [ast.Name(device.name, operands[0].span) for device in row]
         if values is None:
             return None
         pairs = list(zip(values, targets))
-        if name == "BMOV" and int(values[0].name[1:]) < int(targets[0].name[1:]):
+        if name == "BMOV" and any(value.name == targets[0].name for value in values):
             pairs.reverse()
         return [[_move(value, target, it.span)] for value, target in pairs]
 
     def _alternate(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
-        target = self.devices.write(operands[0], _COILS, "device with a coil")
+        target = self.devices.write(operands[0], COILS, "device with a coil")
         if target is None:
             return None
         return [[_move(ast.Unary("NOT", target, it.span), target, it.span)]]
 
 
 _MODIFIERS = {"OUT": "", "OUTI": "/", "SET": "S", "RST": "R", "PLS": "P", "PLF": "N"}
-_SIMPLE = {word: (range(1, 2), Outputs._coil) for word in _MODIFIERS} | {
-    "OUT": (range(1, 3), Outputs._coil), "CJ": (range(1, 2), Outputs._jump),
-    "CJP": (range(1, 2), Outputs._jump)}
+_SIMPLE = {
+    **dict.fromkeys(_MODIFIERS, (range(1, 2), Outputs._coil)),
+    **dict.fromkeys(_UNITS, (range(1, 3), Outputs._coil)),
+    "FF": (range(1, 2), Outputs._invert),
+    "CJ": (range(1, 2), Outputs._jump), "CJP": (range(1, 2), Outputs._jump),
+}
 _DATA = {
     "MOV": (2, Outputs._move), "CML": (2, Outputs._move), "NEG": (1, Outputs._negate),
     "ADD": (3, Outputs._arithmetic), "SUB": (3, Outputs._arithmetic), "MUL": (3, Outputs._multiply),
     "DIV": (3, Outputs._divide), "INC": (1, Outputs._step), "DEC": (1, Outputs._step),
+    "BCD": (2, Outputs._move), "BIN": (2, Outputs._move), "XCH": (2, Outputs._exchange),
     "CMP": (3, Outputs._compare), "BITWISE": (3, Outputs._bitwise), "ZRST": (2, Outputs._zone),
     "BMOV": (3, Outputs._copy), "FMOV": (3, Outputs._copy), "ALT": (1, Outputs._alternate),
 }

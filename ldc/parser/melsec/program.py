@@ -10,20 +10,24 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.foreign import Names, Reading, supporting
 from ldc.parser.melsec.circuit import Block, path_of
-from ldc.parser.melsec.devices import Device, Devices
+from ldc.parser.melsec.devices import Devices
+from ldc.parser.melsec.family import Family, family_of
 from ldc.parser.melsec.lines import Instruction, Lines
 from ldc.parser.melsec.outputs import NO_WIRE, Outputs, label_of
 from ldc.parser.melsec.power import Power
+from ldc.parser.melsec.rows import Rows, is_table
 from ldc.source import SourceFile, Span
+from ldc.types import ELEMENTARY
 
 FORMAT = "MELSEC"
 _CONTACT = re.compile(r"(LD|AND|OR)(P|F)?\Z|(LDI|ANI|ORI)\Z")
 _COMPARISON = re.compile(r"(LD|AND|OR)(D)?(=|<>|<=|>=|<|>)\Z")
 _INVERTED = {"LDI": "LD", "ANI": "AND", "ORI": "OR"}
 _EDGES = {None: "", "P": "P", "F": "N"}
-_NO_EFFECT = ("NOP", "WDT")
+_NO_EFFECT = ("NOP", "WDT", "NOPLF", "PAGE")
 _ENDS = ("END", "FEND")
-_DEFINITION = re.compile(r"([XYMSTCDL])0*(\d+)\s*[=:]\s*(\S.*)", re.IGNORECASE)
+_DEFINITION = re.compile(r"([XYMSTCDLBWR]|S[MT]|ZR)0*([0-9A-F]+)\s*[=:]\s*(\S.*)", re.IGNORECASE)
+_WORDS = re.compile(r'[^\s"]+')
 _FILE = "blocks/fx.st"
 
 
@@ -32,9 +36,9 @@ class Program:
     contact ``rail``; ``controls``: relays of master controls that are open, by level."""
 
     def __init__(self, source: SourceFile, diagnostics: Diagnostics) -> None:
-        self.reading = Reading(source, FORMAT, diagnostics)
-        self.lines = Lines(self.reading)
-        self.devices = Devices(self.reading)
+        self.reading = Reading(source, FORMAT, diagnostics, mend="correct the list")
+        self.lines = Rows(self.reading) if is_table(source) else Lines(self.reading)
+        self.devices = Devices(self.reading, self._family())
         self.names = Names(self.reading)
         self.outputs = Outputs(self.devices, self._instance, self._labels())
         self.extra: list[ast.VarDecl] = []
@@ -46,6 +50,12 @@ class Program:
         self.begin: Instruction | None = None
         self.last: Span | None = None
         self.rail: list[ast.Item] = []
+
+    def _family(self) -> Family:
+        controller = [self.lines.controller] if isinstance(self.lines, Rows) else []
+        found = self.lines.instructions
+        return family_of([*controller, *(c.text for c in self.lines.comments)], {it.name for it in found},
+                         {operand.text for it in found for operand in it.operands})
 
     def file(self) -> ast.File:
         at, instructions = 0, self.lines.instructions
@@ -76,7 +86,7 @@ class Program:
         return found | dict.fromkeys(group, "RETURN") | {"P63": "RETURN"}
 
     def _directions(self) -> None:
-        """Relays that make counters count down are known before the counters."""
+        """Relays that make counters of FX count down are known before the counters."""
         for it in self.lines.instructions:
             for operand in it.operands:
                 if re.match(r"M82[0-3]\d\Z", operand.text):
@@ -143,6 +153,8 @@ class Program:
         modifier = "/" if it.name in _INVERTED else _EDGES[contact[2]]
         if isinstance(expr, (ast.Literal, ast.Unary)):
             return self._known(it, expr, modifier)
+        if isinstance(expr, ast.Binary) and modifier:
+            return self._not_bit(it, expr, modifier)
         return ast.Contact(modifier, expr, it.span)
 
     def _known(self, it: Instruction, expr: ast.Expr, modifier: str) -> ast.Contact | None:
@@ -156,6 +168,14 @@ class Program:
         elif modifier == "/":
             expr = ast.Literal(not expr.value, "BOOL", "FALSE" if expr.value else "TRUE", expr.span)
         return ast.Contact("", expr, it.span)
+
+    def _not_bit(self, it: Instruction, expr: ast.Binary, modifier: str) -> ast.Contact | None:
+        """A closed contact of a bit of a register."""
+        if modifier != "/":
+            self.reading.unsupported(it.span, f"the edge of {it.operands[0].text}",
+                                     "copy the bit to a relay first")
+            return None
+        return ast.Contact("", ast.Binary("=", expr.left, expr.right, expr.span), it.span)
 
     def _result(self, it: Instruction) -> None:
         """INV, MEP and MEF change the power that has come so far."""
@@ -222,7 +242,9 @@ class Program:
     def _instance(self, base: str, type_: str, span: Span) -> ast.Name:
         name = self.names.fresh(f"{base}_{len(self.extra) + 1}")
         self.extra.append(ast.VarDecl(name, None, ast.NamedType(type_, None, span), None, span, span))
-        self.reading.remark("added", span.text, f"{name}, an instance of {type_}", span)
+        what = " ".join(_WORDS.findall(span.text))
+        kind = "a value" if type_ in ELEMENTARY else "an instance"
+        self.reading.remark("added", what, f"{name}, {kind} of {type_}", span)
         return ast.Name(name, span)
 
     def _file(self) -> ast.File:
@@ -249,12 +271,15 @@ class Program:
         """Rungs that drive special relays."""
         rungs = []
         for relay, type_, period in self.devices.helpers():
-            span = self.devices.used[Device("M", int(relay[1:]))].span
-            pins = () if period is None else (
-                ast.Pin("PERIOD", ast.Literal(period, None, str(period), span), False, span),)
-            name = self._instance(f"drives_{relay}", type_, span)
+            span = self.devices.used[relay].span
+            given = [] if period is None else [("PERIOD", period)]
+            if given and self.devices.family.late:
+                given.append(("AHEAD", period // 2))
+            pins = tuple(ast.Pin(pin, ast.Literal(value, None, str(value), span), False, span)
+                         for pin, value in given)
+            name = self._instance(f"drives_{relay.name}", type_, span)
             block = ast.Block(name, type_, pins, NO_WIRE, None, span)
-            coil = ast.Coil("", ast.Name(relay, span), span)
+            coil = ast.Coil("", ast.Name(relay.name, span), span)
             rungs.append(ast.Rung(None, None, (path_of([block, coil]),), span))
         return rungs
 
@@ -272,7 +297,7 @@ class Program:
         for comment in self.lines.comments:
             match = _DEFINITION.match(comment.text) if comment.alone else None
             if match is not None:
-                notes.setdefault(f"{match[1].upper()}{match[2]}", match[3])
+                notes.setdefault(f"{match[1]}{match[2]}".upper(), match[3])
         return notes
 
 
