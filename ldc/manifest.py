@@ -37,6 +37,8 @@ from ldc.toml_tables import Tables, parse_toml
 
 NAME = "ldc.toml"
 EXTENSIONS = tuple(dict.fromkeys((".ld", ".st", ".il", *SUFFIXES)))
+_SHARED = (".csv", ".txt")
+"""Endings that data and notes have too: such a file is a source where a glob or an argument names them."""
 OPENPLC = "project.json"
 _POU_ENDINGS = (".ld", ".fbd", ".st", ".il", ".py", ".cpp")
 
@@ -307,7 +309,7 @@ def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
             hits = [
                 path
                 for path in manifest.folder.glob(pattern)
-                if path.suffix.lower() in EXTENSIONS and path.is_file() and not _hidden(path, manifest.folder)
+                if _is_source(path, pattern) and path.is_file() and not _hidden(path, manifest.folder)
             ]
         except (ValueError, NotImplementedError, IndexError):
             hits = []
@@ -338,6 +340,12 @@ def _openplc_files(project: Path) -> list[Path]:
     return [project, *sorted(pous)]
 
 
+def _is_source(path: Path, pattern: str = "") -> bool:
+    """Whether a file that a glob finds is one by its ending."""
+    ending = path.suffix.lower()
+    return ending in EXTENSIONS and (ending not in _SHARED or pattern.lower().endswith(ending))
+
+
 def _hidden(path: Path, folder: Path) -> bool:
     return any(part.startswith(".") and part != ".." for part in path.relative_to(folder).parts)
 
@@ -355,7 +363,7 @@ def _shown(path: Path) -> str:
 
 def _no_manifest(folder: Path, argument: str, diagnostics: Diagnostics) -> None:
     try:
-        inside = sorted(entry.name for entry in folder.iterdir() if entry.suffix.lower() in EXTENSIONS)
+        inside = sorted(entry.name for entry in folder.iterdir() if _is_source(entry))
     except OSError:
         inside = []
     help = f"`ldc new {argument}` makes a project in an empty folder"
