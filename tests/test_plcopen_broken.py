@@ -62,6 +62,33 @@ def test_what_is_wrong_is_told(xml: str, code: str) -> None:
     assert time.process_time() - begin < 10
 
 
+@pytest.mark.parametrize("xml, what", [
+    ('<Project xmlns="www.iec.ch/public/TC65SC65BWG7TF10"><Types/></Project>', "is XML of IEC 61131-10"),
+    ("<TcPlcObject><POU Name='MAIN'/></TcPlcObject>", "is a source file of TwinCAT"),
+    ("<ExportFile/>", "is an export of CODESYS in a format of its own"), ("<x/>", "begins with <x>"),
+    ("<project/>", "holds no POU, type or variable")])
+def test_other_xml_is_named(xml: str, what: str) -> None:
+    (found,) = compiled(xml).diagnostics
+    assert (found.code, found.message) == ("LD0143", f"this is no PLCopen project: it {what}")
+
+
+def test_a_call_of_a_method_is_told_where_it_is_drawn() -> None:
+    drawn = ladder("a q : BOOL; m : TON", rail(), contact(2, "a"), block(3, "m.Reset", {"EN": 2}, ("ENO",)),
+                   coil(4, "q", "3.ENO"))
+    assert said(compiled(drawn)) == "error LD0145 main: block 3 `m.Reset` at (30, 10) calls `m.Reset`"
+    assert "in PROGRAM main, rung 1, function `m.Reset` at (30, 10)" in shown(drawn)
+
+
+def test_blocks_of_an_unknown_type_are_told_where_they_are_drawn() -> None:
+    xml = ladder("a q : BOOL; d : MC_Power", rail(), contact(2, "a"), coil(6, "q", 2), contact(
+        3, "a", at=(10, 90)), block(4, "MC_Power", {"Enable": 3}, ("Status",), "d", at=(60, 90)), coil(
+        5, "q", "4.Status", at=(90, 90)))
+    assert said(compiled(xml)).splitlines() == [
+        "error LD0205 there is no type or function block `MC_Power`",
+        "note LD0158 a block of the unknown type `MC_Power` is not compiled"]
+    assert "in PROGRAM main, rung 2, block `d: MC_Power` at (60, 90)" in shown(xml)
+
+
 WORDS = st.sampled_from([
     "", "0", "-1", "99999999999999999999", "a", "TRUE", "T#1s", "(", ")", "[", "%IX0.0", "@n1", ":=", "CTU",
     "EN", "é", "RETURN", "localId", "true", "rising", "set"])

@@ -13,6 +13,11 @@ def unknown_callee(diagnostics: Diagnostics, span: Span, name: str, help: str) -
                       help=help)
 
 
+def block_of_unknown_type(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.note("LD0158", f"a block of the unknown type `{name}` is not compiled", span, "drawn here",
+                     help="its declaration is told as an error: the type is in none of the files")
+
+
 def wrong_kind(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
     diagnostics.error("LD0502", message, span, label, help=help)
 
@@ -95,6 +100,12 @@ def no_memory(diagnostics: Diagnostics, span: Span, pou: str, what: str) -> None
     diagnostics.error("LD0516", f"FUNCTION `{pou}` cannot hold {what}", span,
                       "needs memory between two calls",
                       help="make it a FUNCTION_BLOCK: a FUNCTION has no memory")
+
+
+def not_reached(diagnostics: Diagnostics, span: Span, path: str, why: str) -> None:
+    diagnostics.error("LD0520", f"`{path}` cannot be reached", span, why,
+                      help="a path leads to a variable of a program that runs once; declare what several programs "
+                      "use in VAR_GLOBAL")
 
 
 def action_calls_itself(diagnostics: Diagnostics, span: Span | None, names: list[str]) -> None:

@@ -15,7 +15,7 @@ from ldc.model.pins import NetOf, is_net
 from ldc.model.type_findings import no_such_operation
 from ldc.model.values import NetValue, Value
 from ldc.model.wiring import Wiring
-from ldc.parser import ast
+from ldc.parser import ast, format_of
 from ldc.symbols import Signature
 from ldc.types import BOOL, Instance, Type
 
@@ -35,6 +35,8 @@ def block(
         function = standard_function(key)
         if function is None:
             unknown_function(env, node.type, node.span, diagnostics)
+            if node.instance is not None and env.silent(key) and format_of(node.span.source) is not None:
+                findings.block_of_unknown_type(diagnostics, node.span, node.type)
             return None
         if node.instance is not None:
             return _function_with_instance(node, diagnostics)

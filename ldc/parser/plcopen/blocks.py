@@ -60,8 +60,8 @@ class Pins:
     def write(self) -> None:
         writer, span = self.writer, self.node.span
         instance = None
-        if not self._known():
-            writer.failed = True
+        writer.failed |= not self._known()
+        if not self.type:
             return
         if self.executes is not None:
             instance = self._execute(self.executes)
@@ -96,7 +96,14 @@ class Pins:
 
     def _known(self) -> bool:
         """Whether the block has a type that can be written at all."""
-        return texts.is_name(self.type) or texts.name(self.node, self.writer.diagnostics, "typeName") is not None
+        if texts.is_name(self.type):
+            return True
+        if "." in self.type:
+            where = f"{self.writer.drawing.where}: {self.element.describe()}"
+            findings.unsupported(self.writer.diagnostics, self.node.span, f"{where} calls `{self.type[:80]}`",
+                                 "no block or action of the files", "methods are not read: call a function block")
+            return False
+        return texts.name(self.node, self.writer.diagnostics, "typeName") is not None
 
     def _usual(self, chosen: str | None, side: str) -> str | None:
         """None for the pin that the power goes by anyway."""

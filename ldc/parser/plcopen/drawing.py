@@ -163,7 +163,8 @@ class Drawing:
         key, of = own.upper(), library.upper()
         known = is_function(own) or key in blocks.names() or key in self.more.interfaces or (
             key in self.more.functions or key in additional.NAMES)
-        if not known or of in self.more.interfaces or of in self.more.local or of == self.where.upper():
+        holds_actions = of in self.more.interfaces or of in self.more.local or of == self.where.upper()
+        if not known or holds_actions or key in self.more.actions:
             return node
         return node.like(node.tag, node.children, {**node.attributes, "typeName": own})
 

@@ -22,12 +22,24 @@ def too_large(diagnostics: Diagnostics, span: Span, limit: int, what: str) -> No
                       help="export fewer POUs at a time")
 
 
+_OF_OTHERS = {
+    "Project": ("XML of IEC 61131-10", "export it as PLCopen XML of TC6, version 2.01"),
+    "TcPlcObject": ("a source file of TwinCAT", "export the POUs in TwinCAT: Export PLCopenXML"),
+    "ExportFile": ("an export of CODESYS in a format of its own", "export it again: Project, Export PLCopenXML"),
+    "FEFExchangeFile": ("an exchange file of Control Expert", "it has no export as TC6: export the program as text"),
+    "FBType": ("a block of IEC 61499", "export the algorithms as Structured Text"),
+}
+"""XML of other tools, by the name of its first element: what it is, and how the program comes from there."""
+
+
 def no_project(diagnostics: Diagnostics, span: Span, tag: str) -> None:
-    what, label = f"begins with <{tag[:40]}>", "not <project>"
+    what, help = _OF_OTHERS.get(tag, (f"begins with <{tag[:40]}>", "export the program as PLCopen XML (TC6)"))
+    label = "not <project>"
     if tag == "project":
         what, label = "holds no POU, type or variable", "nothing in it"
-    diagnostics.error("LD0143", f"this is no PLCopen project: it {what}", span, label,
-                      help="export the program as PLCopen XML (TC6)")
+    elif tag in _OF_OTHERS:
+        what = f"is {what}"
+    diagnostics.error("LD0143", f"this is no PLCopen project: it {what}", span, label, help=help)
 
 
 def malformed(diagnostics: Diagnostics, span: Span, message: str, help: str = "") -> None:
