@@ -269,6 +269,28 @@ def test_a_chart_is_drawn_downwards(chart: str, bars: list[str], tmp_path: Path)
     assert sorted(t for t in drawn(xml) if t not in ("step", "transition")) == sorted(bars)
 
 
+PLAIN = "PROGRAM main\nVAR a, b, q, w : BOOL; END_VAR\n"
+
+
+def test_turns_are_numbered_only_where_places_do_not_show_them(tmp_path: Path) -> None:
+    """Other editors evaluate blocks with a number before all coils."""
+    for sample in SAMPLES:
+        assert "executionOrderId" not in exported(tmp_path, sample)
+    _, xml = round_trip(tmp_path, PLAIN + "RUNG [a] @n; (w); @n [b] (q)\nEND_PROGRAM")
+    assert xml.count("executionOrderId") == 4
+
+
+def test_a_coil_that_was_moved_below_another_is_evaluated_behind_it(tmp_path: Path) -> None:
+    _, xml = round_trip(tmp_path, PLAIN + "RUNG [a] { (S q) | [b] (R q) }\nEND_PROGRAM")
+    coil = re.search(r'<coil [^>]*storage="set".*?y="(\d+)"', xml, re.DOTALL)
+    moved = f"{xml[:coil.start(1)]}900{xml[coil.end(1):]}"
+    for drawn, expected in ((xml, False), (moved, True)):
+        machine = Machine(read(drawn).program)
+        for name in ("a", "b"):
+            machine.set(name, True)
+        machine.scan()
+        assert machine.get("q") is expected
+
 CHART = """TYPE Lamp : STRUCT lit : BOOL; END_STRUCT; END_TYPE
 PROGRAM main
 VAR go, x, y, z, q : BOOL; n : INT; pause : TIME; warm : TON; lamps : ARRAY [1..3] OF Lamp; END_VAR

@@ -13,6 +13,7 @@ from ldc.export.plcopen.declarations import Notes, section, type_, type_decl
 from ldc.export.plcopen.instances import configuration
 from ldc.export.plcopen.ladder import Body
 from ldc.export.plcopen.tags import NAMESPACE, XHTML, add, code, formatted, own_data, prose, without_margin
+from ldc.export.plcopen.turns import drop_shown
 from ldc.graph.rung import RungGraph
 from ldc.model.project import Model
 from ldc.parser import ast
@@ -102,6 +103,7 @@ def _body(parent: Element, body: ChartPart, graphs: _Graphs, pins_of: Callable) 
         ladder = Body(parent, pins_of)
         for rung in body.rungs:
             ladder.rung(rung, graphs[id(rung)])
+        drop_shown(ladder.ladder)
         return [ladder]
     language = "ST" if isinstance(body, StatementBody) else "IL"
     formatted(add(parent, "body"), language, code(without_margin(body.span.text)))

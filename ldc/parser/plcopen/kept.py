@@ -16,7 +16,8 @@ from ldc.parser import ast, sfc
 from ldc.parser.findings import TooMany
 from ldc.parser.lexer import lex
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing
+from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element
+from ldc.parser.plcopen.turns import shown
 from ldc.parser.units import Units
 from ldc.source import Span
 
@@ -122,12 +123,21 @@ def rungs(holder: Node, drawing: Drawing) -> list[tuple[tuple[int, ...], ast.Run
         whole = number not in outside and len(set(ids)) == len(ids) and all(id_ in nodes for id_ in ids)
         if not whole or fingerprint([nodes[id_] for id_ in ids]) != one.get("digest"):
             continue
-        turns = [e.order for id_ in ids if (e := drawing.elements.get(id_)) and e.kind not in VALUES]
-        rung = _rung(one.content) if turns and turns == sorted(turns) else None
+        own = [e for id_ in ids if (e := drawing.elements.get(id_)) and e.kind not in VALUES]
+        rung = _rung(one.content) if own and _in_order(own) else None
         if rung is not None:
-            found.append((turns[0], rung))
+            found.append((min(e.order for e in own), rung))
             _take_out(drawing, set(ids))
     return found
+
+
+def _in_order(elements: Sequence[Element]) -> bool:
+    """Whether elements are still evaluated in the order in which they were written."""
+    places = {e.id: e.order for e in elements}
+    if list(places.values()) == sorted(places.values()):
+        return True
+    wires = ((source, e.id) for e in elements for pin in e.inputs for source, _ in pin.sources)
+    return shown([(e.id, e.kind) for e in elements], places, wires)
 
 
 def _read_from_outside(drawing: Drawing, listed: Sequence[tuple[Node, list[str]]]) -> set[int]:

@@ -1,0 +1,50 @@
+"""Whether the places of elements alone show in which order they are evaluated (docs/plcopen.md).
+
+Elements follow each other by their places (or numbers), each behind what feeds it, network by network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+
+import networkx as nx
+
+Place = tuple[float, ...]
+Wires = Iterable[tuple[str, str]]
+"""From an id to an id."""
+
+
+def shown(written: Sequence[tuple[str, str]], places: Mapping[str, Place], wires: Wires) -> bool:
+    """Whether elements in the order written, each an id and its kind, are evaluated in that order when only
+    their places tell it. What feeds an element goes before it in both."""
+    kinds = dict(written)
+    graph = nx.DiGraph()
+    graph.add_nodes_from(kinds)
+    graph.add_edges_from((a, b) for a, b in wires if a in kinds and b in kinds)
+    as_written = {id_: number for number, id_ in enumerate(kinds)}
+    by_place = {id_: number for number, id_ in enumerate(sorted(kinds, key=places.__getitem__))}
+    networks = sorted(nx.weakly_connected_components(graph), key=lambda ids: min(map(by_place.get, ids)))
+    drawn = chain.from_iterable(_fed_first(graph.subgraph(network), by_place) for network in networks)
+    return list(_bare(_fed_first(graph, as_written), kinds)) == list(_bare(drawn, kinds))
+
+
+def _fed_first(graph: nx.DiGraph, turns: Mapping[str, int]) -> Iterable[str]:
+    """The order of the turns with everything behind what feeds it, but where a loop forbids that."""
+    if nx.is_directed_acyclic_graph(graph):
+        return nx.lexicographical_topological_sort(graph, key=turns.__getitem__)
+    return sorted(graph, key=turns.__getitem__)
+
+
+def _bare(order: Iterable[str], kinds: Mapping[str, str]) -> Iterator[frozenset[str]]:
+    """An order as far as it matters: contacts may change places with contacts, and a variable behind an
+    output is written by its block."""
+    contacts: set[str] = set()
+    for id_ in order:
+        if kinds[id_] == "contact":
+            contacts.add(id_)
+        elif kinds[id_] != "outVariable":
+            yield frozenset(contacts)
+            yield frozenset((id_,))
+            contacts = set()
+    yield frozenset(contacts)
