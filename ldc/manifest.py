@@ -31,7 +31,7 @@ from ldc.model.settings import Settings, TaskSetting
 from ldc.parser.formats import SUFFIXES
 from ldc.reading import missing, read_source
 from ldc.records import record
-from ldc.source import SourceFile, Span
+from ldc.source import SourceFile, Span, as_text
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
 
@@ -223,7 +223,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     return Manifest(
         source,
         folder,
-        project.name or folder.resolve().name,
+        project.name or as_text(folder.resolve().name),
         project.version,
         project.sources,
         project.modules,

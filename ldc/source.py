@@ -8,6 +8,11 @@ from dataclasses import dataclass, field
 from ldc.records import record
 
 
+def as_text(path: str) -> str:
+    """A path whose bytes are no UTF-8, which Python keeps as lone surrogates, with escapes in their place."""
+    return path.encode("utf-8", "backslashreplace").decode()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SourceFile:
     """One text that is compiled. ``path`` is what the user typed, for messages only."""
@@ -15,6 +20,11 @@ class SourceFile:
     path: str
     text: str
     _line_starts: list[int] = field(default_factory=list, init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """The path as text that can be written in any file."""
+        return as_text(self.path)
 
     @property
     def line_starts(self) -> list[int]:

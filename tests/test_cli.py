@@ -336,6 +336,22 @@ def test_an_interrupted_or_impossible_trace_leaves_no_file(ldc, tmp_path: Path) 
     assert [p.name for p in tmp_path.iterdir()] == ["main.ld"]
 
 
+@pytest.mark.parametrize("command", [
+    ("check",), ("compile",), ("compile", "--emit", "c"), ("run", "--scans", "1"),
+    ("run", "--scans", "1", "--events", "-"), ("check", "--format", "sarif"),
+    ("run", "--online", "--no-wait", "--scans", "1", "--socket", "s", "--audit", "log"),
+])
+def test_names_of_files_that_are_no_utf_8(ldc, command: tuple[str, ...]) -> None:
+    """Archives of other systems bring them."""
+    folder = os.fsdecode(b"\xfcber")
+    os.mkdir(folder)
+    Path(folder, "ldc.toml").write_text("")
+    Path(folder, os.fsdecode(b"st\xe4nder.ld")).write_text(MOTOR)
+    for source in (folder, os.path.join(folder, os.fsdecode(b"st\xe4nder.ld"))):
+        status, out, err = ldc(command[0], source, *command[1:])
+        assert status == 0, err
+
+
 @pytest.mark.parametrize(("options", "said"), [
     (("--trace", "-", "--events", "-"), "--trace and --events are both standard output"),
     (("--events", "out.csv", "--trace", "./out.csv"), "--trace and --events are both the file `out.csv`"),
@@ -360,7 +376,8 @@ def test_what_is_written_at_the_end_is_known_to_be_impossible_before(ldc, option
 
 def test_a_result_on_standard_output_is_there_alone(ldc) -> None:
     events = ldc("run", "main.ld", "--scans", "2", "--events", "-")[1]
-    assert events.splitlines() == ["t_ms,processor,unit,index,detail", "0,master,C.LOGIC,0,", "10,master,C.LOGIC,0,"]
+    rows = ["t_ms,processor,unit,index,detail", "0,master,C.LOGIC,0,", "10,master,C.LOGIC,0,"]
+    assert events.splitlines() == rows
     Path("in.csv").write_text("scan,start\n1,1\n")
     ring = ("--ring", "-", "--trigger", "motor rises", "--before", "1", "--after", "0", "--watch", "motor")
     out = ldc("run", "main.ld", "--inputs", "in.csv", "--scans", "4", *ring)[1]

@@ -25,7 +25,7 @@ def name_of(sources: Sources) -> str:
     """What a runtime is called: by its project, else by its first file."""
     if sources.manifest:
         return sources.manifest.name
-    return Path(sources.files[0].path).stem if sources.files else "program"
+    return Path(sources.files[0].name).stem if sources.files else "program"
 
 
 def socket_path(asked: str | None, name: str) -> Path:
@@ -74,7 +74,7 @@ def owner_of(sources: Sequence[str]) -> str:
         raise Failure(f"cannot keep the secret of this client: {error}") from error
     place = Path(sources[0]).resolve()
     folder = place if place.is_dir() else place.parent
-    return hashlib.sha256(f"{secret}\0{folder}".encode()).hexdigest()
+    return hashlib.sha256(secret.encode() + b"\0" + os.fsencode(folder)).hexdigest()
 
 
 def ask(path: Path, request: Request) -> Answer:

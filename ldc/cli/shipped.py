@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from ldc.cli.console import Failure
 from ldc.manifest import Sources
-from ldc.source import SourceFile
+from ldc.source import SourceFile, as_text
 
 Texts = tuple[tuple[str, str], ...]
 
@@ -22,7 +22,7 @@ def texts_of(sources: Sources) -> Texts:
     else:
         folders = [Path(f.path).resolve().parent for f in sources.files]
         root = Path(os.path.commonpath(folders)) if folders else Path.cwd()
-    found = {Path(os.path.relpath(Path(f.path).resolve(), root)).as_posix(): f.text for f in files}
+    found = {as_text(Path(os.path.relpath(Path(f.path).resolve(), root)).as_posix()): f.text for f in files}
     return tuple(sorted(found.items()))
 
 

@@ -200,7 +200,7 @@ class Writer:
         units, algorithms = (
             [[u.title, [[r.title, r.proof, span(r.span), [[i.element, span(i.span)] for i in r.code]]
                         for r in u.rungs]] for u in group] for group in (program.units, program.algorithms))
-        return [units, [[f.path, f.text] for f in files], program.name, *([algorithms] if algorithms else [])]
+        return [units, [[f.name, f.text] for f in files], program.name, *([algorithms] if algorithms else [])]
 
 
 class Reader:

@@ -88,7 +88,8 @@ class Memory:
 
 def memory_of(project: str) -> Memory:
     """The memory of a project, by the path of its folder or file."""
-    name = hashlib.sha256(f"{_compiler()}\0{os.path.abspath(project)}".encode()).hexdigest()[:32]
+    path = os.fsencode(os.path.abspath(project))
+    name = hashlib.sha256(_compiler().encode() + b"\0" + path).hexdigest()[:32]
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Memory(Path(base) / "ldc" / "rungs" / f"{name}.rungs")
 

@@ -49,7 +49,7 @@ class Part(Values):
         span = body.code[index].span or body.span
         if span is None:
             return
-        at = span.source.path, span.position[0]
+        at = span.source.name, span.position[0]
         if at != self._line:
             self._line = at
             path = at[0].replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
