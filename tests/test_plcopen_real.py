@@ -370,12 +370,22 @@ def test_other_editors_mean_one_image() -> None:
     assert places(xml) == {name: place for name, place, _ in ANALOG}
 
 
-@pytest.mark.parametrize("place", ["%I*", "%QX*", "%MW*", "%IX0.1.2", "%QW1.2.3", "%MW2000"])
+@pytest.mark.parametrize("place", ["%I*", "%QX*", "%MW*", "%IX0.1.2", "%QW1.2.3", "%MW2000", "%IX0.12", "%IW0.3",
+                                   "%IX3", "IX0.1", "%"])
 def test_an_address_that_is_no_place_here_is_left_out(place: str) -> None:
     xml = project(located("<ST>IF x > 2 THEN q := TRUE; END_IF;</ST>", ("x", place, "INT"),
                           ("q", "%QX0.0", "BOOL")))
     assert findings(xml) == [f"LD0152 PLCopen XML: the address {place} of `x` is left out"]
     assert run(xml, [{}, {"x": 3}], "q") == ["0", "1"]
+
+
+@pytest.mark.parametrize("type_, value_, gives", [
+    ("string", "abc", 3), ("string", "it's $5", 7), ("string", "'abc'", 3), ("wstring", "hello", 5),
+    ("string", "&quot;a&quot;", 3)])
+def test_strings_may_have_no_quotes(type_: str, value_: str, gives: int) -> None:
+    declared = (f'<variable name="v"><type><{type_} length="20"/></type><initialValue>'
+                f'<simpleValue value="{value_}"/></initialValue></variable></localVars>')
+    assert run(statements("i := LEN(v);", "i : INT").replace("</localVars>", declared), [{}], "i") == [str(gives)]
 
 
 def test_an_input_of_a_program_that_it_writes() -> None:

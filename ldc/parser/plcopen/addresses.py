@@ -2,7 +2,8 @@
 
 In the runtimes of Beremiz and OpenPLC bits, bytes and words lie apart: `%IX0.0` has nothing to do with
 `%IW0`. Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors leave
-addresses open (`%I*`), or name channels of devices (`%IX0.1.2`); such a variable has no address.
+addresses open (`%I*`), name channels of devices (`%IX0.1.2`) or bits of words (`%IX0.8`); such a variable
+has no address.
 """
 
 from __future__ import annotations
@@ -15,13 +16,12 @@ from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import findings
 
-_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.(\d))?\Z")
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.([0-7]))?\Z")
 _BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
 _NO_CODE = re.compile(
     r"""\saddress\s*=\s*["'][^"'<]*["']|<(comment|documentation)[\s>].*?</\1\s*>|\(\*.*?\*\)"""
     r"""|\bAT\s+%[\w.*]+|"(?:location|documentation|comment)"\s*:\s*"(?:[^"\\]|\\.)*\"""",
     re.DOTALL | re.IGNORECASE)
-_OPEN = re.compile(r"%[IQM][XBWDL]?(?:\*|\d+(?:\.\d+)+)\Z")
 _APART = re.compile(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
 _HEAD = 2_000
 _BYTES = {"X": 0, "B": 1, "W": 2, "D": 4, "L": 8}
@@ -66,8 +66,8 @@ def changed(moved: Mapping[str, str], reading: Reading) -> Callable[[Blocks], Bl
 
 def _without(place: str) -> bool:
     match = _ADDRESS.match(place)
-    if match is None or (match[2] or "X") == "X" and match[4] is None:
-        return _OPEN.match(place) is not None
+    if match is None or ((match[2] or "X") == "X") != (match[4] is not None):
+        return True
     return match[1] == "M" and int(match[3]) * max(_BYTES[match[2] or "X"], 1) >= _FAR
 
 

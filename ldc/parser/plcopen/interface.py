@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import ast
+from ldc.parser import ast, literals
 from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_type
@@ -16,6 +16,7 @@ SECTIONS = {
     "localVars": "VAR", "inputVars": "VAR_INPUT", "outputVars": "VAR_OUTPUT", "inOutVars": "VAR_IN_OUT",
     "tempVars": "VAR_TEMP", "externalVars": "VAR_EXTERNAL", "globalVars": "VAR_GLOBAL",
 }
+_QUOTES = {"STRING": "'", "WSTRING": '"'}
 _SYNONYMS = {"BIT": "BOOL"}
 """Types of other editors that are like one of the standard."""
 _WRITTEN_OUT = re.compile(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
@@ -42,10 +43,25 @@ def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
     location = node.get("address").strip().upper() or None
     value = note = edge = None
     if plain is None:
-        value = initial(node.find("initialValue"), diagnostics)
+        value = _unquoted(node, type_) or initial(node.find("initialValue"), diagnostics)
         note = texts.prose(node.find("documentation")) or None
         edge = kept.edge(node)
     return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note, edge)
+
+
+def _unquoted(node: Node, type_: ast.TypeExpr) -> ast.Literal | None:
+    """The initial value of a string that stands without quotes, as Beremiz allows; None for others."""
+    value = node.find("initialValue", "simpleValue")
+    quote = _QUOTES.get(type_.name) if isinstance(type_, ast.NamedType) else None
+    text = value.get("value").strip() if value is not None else ""
+    if quote is None or not text or text.startswith(quote) or text.endswith(quote):
+        return None
+    written = f"{quote}{text.replace('$', '$$').replace(quote, f'${quote}')}{quote}"
+    try:
+        found, prefix, shown = literals.literal(written)
+    except literals.Malformed:
+        return None
+    return ast.Literal(found, prefix, shown, value.attribute("value"))
 
 
 def _plain_type(node: Node) -> ast.NamedType | None:
