@@ -7,7 +7,7 @@ What an engine does in its own way is below "of the engine"; ``runtime.vm`` and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import gcd
 
@@ -198,6 +198,16 @@ class Machine:
         values."""
         wanted = tuple(symbols)
         return lambda: tuple(map(self.value, wanted))
+
+    def writer(self, symbols: Iterable[Symbol]) -> Callable[[Sequence], None]:
+        """``assign`` for those who write the same symbols again and again: a function of their values."""
+        wanted = tuple(symbols)
+
+        def write(values: Sequence) -> None:
+            for symbol, value in zip(wanted, values, strict=True):
+                self.assign(symbol, value)
+
+        return write
 
     def safe_values(self, runs: Iterable[int]) -> list[tuple[Symbol, object]]:
         """The outputs that some program instances (by number) write, each with its safe value."""

@@ -38,7 +38,7 @@ class Life:
     @property
     def executes(self) -> bool:
         """At least one algorithm of it executes."""
-        return any(proxy.executing for proxy in self.proxies)
+        return any([proxy.executing for proxy in self.proxies])
 
 
 class Modules:
@@ -97,8 +97,8 @@ class Modules:
     @property
     def working(self) -> bool:
         """Some start bit is 1."""
-        bits = self._memory.bits
-        return any(bits.load(word) for word in self._words)
+        load = self._memory.bits.load
+        return any([load(word) for word in self._words])
 
     # ---- start -----------------------------------------------------------------------------------
 

@@ -74,7 +74,11 @@ class MasterPart:
         self._open: dict[Proxy, None] = {}
         self._lines: tuple[tuple[int, list[tuple[int, Proxy]]], ...] = ()
         self._fresh: dict[int, Proxy] = {}
-        self._scrubbed = 0
+        self._scrubbed = -1
+        # All pins that algorithms take, read at once; which of them are whose.
+        self._read: Callable[[], tuple] = tuple
+        self._before: tuple | None = None
+        self._pins: list[tuple[Proxy, int, int]] = []
         self._bind(self.machine)
         if coordination.sequence is not None:
             self.customised_program = Customised(memory, self._reader)
@@ -134,8 +138,12 @@ class MasterPart:
             lines.setdefault(into.running, []).append((into.mask, proxy))
         self._lines = tuple(lines.items())
         self._open = {proxy: None for proxy in self.proxies if not proxy.endpoint.idle}
+        self._pins, symbols = [], []
         for proxy in self.proxies:
             proxy.bind(machine)
+            self._pins.append((proxy, len(symbols), len(symbols) + len(proxy.pins)))
+            symbols += proxy.pins
+        self._read, self._before = machine.reader(symbols), None
         self.modules.bind(machine)
         self.mail.bind(machine)
         if self._wiring is not None:
@@ -174,13 +182,7 @@ class MasterPart:
         self._end()
 
     def _begin(self) -> None:
-        for number, proxy in enumerate(self.proxies):
-            told = proxy.tick(number == self._scrubbed)
-            if told is not None:
-                self._learn(proxy, told)
-            if number == self._scrubbed and not proxy.endpoint.idle:
-                self._open[proxy] = None
-        self._scrubbed = (self._scrubbed + 1) % max(len(self.proxies), 1)
+        self._tick()
         if self._fresh:
             self._feedback()
         if self._wiring is not None:
@@ -197,6 +199,22 @@ class MasterPart:
         for life in self.modules.started():
             self._tell(units.C_START, life.module.index)
             self.mail.raise_system("START_MODULE", life.module.index)
+
+    def _tick(self) -> None:
+        """A period of P. One of those without a transfer gets it too, in turns."""
+        proxies, open_ = self.proxies, self._open
+        if not proxies:
+            return
+        self._scrubbed = (self._scrubbed + 1) % len(proxies)
+        scrubbed = proxies[self._scrubbed]
+        for proxy in proxies:
+            serves = proxy in open_ or proxy is scrubbed
+            if serves or proxy.executing:
+                told = proxy.tick(serves)
+                if told is not None:
+                    self._learn(proxy, told)
+        if not scrubbed.endpoint.idle:
+            open_[scrubbed] = None
 
     def _feedback(self) -> None:
         fresh, self._fresh = self._fresh, {}
@@ -219,23 +237,32 @@ class MasterPart:
             self._look()
         else:
             self._stand()
-        for proxy in self.proxies:
-            command = proxy.look()
-            if command is not None:
-                self._open[proxy] = None
-                self._sent(proxy, command)
+        self._send()
         for life in self.modules.ended():
             self._tell(units.C_END, life.module.index)
             self.mail.raise_system("STOP_MODULE", life.module.index)
         for message, outcome in self.mail.broadcast():
             self._tell(units.C_BCAST, message.flag - _MSGF, outcome.value)
         self.mail.handle(lambda message, _: self._tell(units.C_MSG, message.flag - _MSGF))
-        self.safety.work(self.modules.working or any(proxy.executing for proxy in self.proxies))
-        self.modules.force()
+        self.safety.work(self.modules.working or any([proxy.executing for proxy in self.proxies]))
+        if self.modules.stand:
+            self.modules.force()
         if self.safety.held:
             self.safety.force()
         if self._wiring is not None:
             self._wiring.after()
+
+    def _send(self) -> None:
+        """C.SEND: what the logic wants of algorithms."""
+        now = self._read()
+        changed, self._before = now != self._before, now
+        for proxy, first, end in self._pins:
+            if changed or proxy.raw is None:
+                proxy.look(now[first:end])
+            command = None if proxy.command is None else proxy.send()
+            if command is not None:
+                self._open[proxy] = None
+                self._sent(proxy, command)
 
     def _sent(self, proxy: Proxy, command: Command) -> None:
         life = self.modules.executes(proxy) if command is Command.START else None
@@ -298,7 +325,9 @@ class MasterPart:
         for address, line in self._lines:
             begun = load(address)
             if begun:
-                self._open |= {proxy: None for mask, proxy in line if begun & mask}
+                for mask, proxy in line:
+                    if begun & mask:
+                        self._open[proxy] = None
 
     def _serve(self, proxy: Proxy) -> None:
         told = proxy.poll()
@@ -339,9 +368,10 @@ class MasterPart:
 
     def _stand(self) -> None:
         """Ends what an emergency ends, once it has begun."""
-        causes = self.safety.taken()
-        if causes:
-            self._standing.everything(causes)
+        if self.safety.causes:
+            causes = self.safety.taken()
+            if causes:
+                self._standing.everything(causes)
 
     def reset(self) -> None:
         """Acknowledges faults, by a person; nothing happens while the emergency lasts. Links that stand are

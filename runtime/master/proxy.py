@@ -51,7 +51,8 @@ class Proxy:
     AFS as it was told last, ``error`` beside it. ``fault``: why the link stands, OK while it does not.
 
     ``quiet_scans``: after as many without a word of an algorithm that executes, it gets its parameters once
-    more, so that a slave that has died is found out. ``blocked``: nothing is started until ``renew``, and
+    more, so that a slave that has died is found out. ``pins``: what goes to the slave; ``raw``: their values
+    that were looked at last; ``command``: what is to be sent. ``blocked``: nothing is started until ``renew``, and
     then the power has to rise anew. """
 
     def __init__(self, placed: Placed, memory: Memory, ack_periods: int, quiet_scans: int) -> None:
@@ -69,12 +70,14 @@ class Proxy:
         self.fault = Code.OK
         self.error = 0
         self._machine: Machine | None = None
-        self._read: Callable[[], Pins] = tuple
-        self._outputs: tuple[tuple[Symbol, bool], ...] = ()
-        self._raw: Pins | None = None
+        self.raw: Pins | None = None
+        self.pins: tuple[Symbol, ...] = ()
+        self._error_pin: Symbol | None = None
+        self._write: Callable[[list[object]], None] = list
+        self._logical: tuple[int, ...] = ()
         self._good: Pins = ()
         self._sent: Pins = ()
-        self._command: Command | None = None
+        self.command: Command | None = None
         self._open: Command | None = None
         self._armed = True
         self._box: tuple[float, ...] | None = None
@@ -84,9 +87,11 @@ class Proxy:
         def symbols(pins: Iterable[PlacedPin]) -> tuple[Symbol, ...]:
             return machine.find(f"{self.placed.path}.{pin.variable}" for pin in pins)
 
-        self._machine, self._raw = machine, None
-        self._read = machine.reader(symbols(self.placed.parameters))
-        self._outputs = tuple((s, s.type == BOOL) for s in symbols(self.placed.feedback[:-1]))
+        self._machine, self.raw = machine, None
+        self.pins = symbols(self.placed.parameters)
+        fed = symbols(self.placed.feedback[:-1])
+        self._error_pin, self._write = fed[-1], machine.writer(fed)
+        self._logical = tuple(n for n, symbol in enumerate(fed) if symbol.type == BOOL)
 
     # ---- in the scan -----------------------------------------------------------------------------
 
@@ -95,9 +100,10 @@ class Proxy:
         box, self._box = self._box, None
         if box is None:
             return None
-        assign = self._machine.assign
-        for (symbol, logical), value in zip(self._outputs, box, strict=False):
-            assign(symbol, value != 0 if logical else value)
+        values = list(box[:-1])
+        for n in self._logical:
+            values[n] = values[n] != 0
+        self._write(values)
         self.error, self.state = box[-2], _STATES[box[-1]]
         if self.state is State.RUNNING:
             return ""
@@ -109,24 +115,22 @@ class Proxy:
         to begin anew."""
         again = rested and self.executing and self._power() and not self.blocked
         self.executing = self._stops = False
-        self._command = None
+        self.command = None
         if again:
-            self.executing, self._command = True, Command.START
+            self.executing, self.command = True, Command.START
 
-    def look(self) -> Command | None:
-        """C.SEND: reads what the logic wants and sends what is due. The command that was sent."""
-        raw = self._read()
-        if raw != self._raw:
-            self._raw = raw
+    def look(self, raw: Pins) -> None:
+        """What the logic wants: the values of ``pins`` after a scan."""
+        if raw != self.raw:
+            self.raw = raw
             self._decide()
-        return None if self._command is None else self._send()
 
     def _power(self) -> bool:
         """What has no pin for it always has power."""
-        return self._raw is not None and (not self.placed.enabled or bool(self._raw[0]))
+        return self.raw is not None and (not self.placed.enabled or bool(self.raw[0]))
 
     def _decide(self) -> None:
-        raw, pins = self._raw, self.placed.parameters
+        raw, pins = self.raw, self.placed.parameters
         power, good = self._power(), all(map(_accepts, pins, raw))
         self._armed = self._armed or not power
         if good:
@@ -136,16 +140,17 @@ class Proxy:
         if self.executing:
             self._follow()
         elif power and good and self._armed and not self.blocked:
-            self.executing, self._command, self._armed = True, Command.START, False
+            self.executing, self.command, self._armed = True, Command.START, False
 
     def _follow(self) -> None:
-        if self._command is None and not self._stops and self._good != self._sent:
-            self._command = Command.UPDATE
+        if self.command is None and not self._stops and self._good != self._sent:
+            self.command = Command.UPDATE
 
-    def _send(self) -> Command | None:
-        if not self.endpoint.ready:
+    def send(self) -> Command | None:
+        """C.SEND: sends the ``command``, when there is one and the link is free. What was sent."""
+        if self.command is None or not self.endpoint.ready:
             return None
-        command, self._command = self._command, None
+        command, self.command = self.command, None
         adata = b""
         if command is not Command.STOP:
             adata = self._taken_by.packed(self._good)
@@ -157,28 +162,28 @@ class Proxy:
     def stop(self) -> None:
         """Ends the algorithm at once, and keeps it from starting until the power has risen anew."""
         self._armed = not self._power()
-        if self.executing and self._command is Command.START and self._open is None:
-            self.executing, self._command = False, None
+        if self.executing and self.command is Command.START and self._open is None:
+            self.executing, self.command = False, None
         elif self.executing:
-            self._command, self._stops = Command.STOP, True
+            self.command, self._stops = Command.STOP, True
 
     def give_up(self) -> None:
         """The slave has ended it without P (emergency)."""
         self.executing = self._stops = False
-        self.blocked, self._command, self._box = True, None, None
+        self.blocked, self.command, self._box = True, None, None
         self._armed = not self._power()
 
     def renew(self) -> None:
         """Makes the link new and lets the algorithm be started again; by RESET its slave leaves `serror`."""
         self.blocked, self.fault, self.error = False, Code.OK, 0
         self._armed = self._armed or not self.placed.enabled
-        self._raw = None
+        self.raw = None
         self.endpoint.reset()
 
     def tell_error(self, code: int) -> None:
         """The instance tells a code, as if it were fed back."""
         self.error = code
-        self._machine.assign(self._outputs[-1][0], code)
+        self._machine.assign(self._error_pin, code)
 
     # ---- in the communication thread ---------------------------------------------------------------
 
@@ -189,18 +194,17 @@ class Proxy:
             told = self._learn(event) or told
         return told
 
-    def tick(self, scrubs: bool) -> Told | None:
+    def tick(self, serves: bool) -> Told | None:
         """A scan has passed: what was waited for too long is given up, who is silent for too long is asked.
-        ``scrubs``: it is the turn of this one to look after flags that were disturbed while nothing is
-        sent."""
+        ``serves``: a transfer is open, or it is the turn of this one to look after flags that were disturbed
+        while nothing is sent."""
         if self.executing:
             self._quiet += 1
-            if self._quiet >= self._quiet_scans and not self._stops and self._command is None:
-                self._quiet, self._command = 0, Command.UPDATE
-        if not scrubs and self.endpoint.idle:
-            return None
-        for event in self.endpoint.tick():
-            return self._learn(event)
+            if self._quiet >= self._quiet_scans and not self._stops and self.command is None:
+                self._quiet, self.command = 0, Command.UPDATE
+        if serves:
+            for event in self.endpoint.tick():
+                return self._learn(event)
         return None
 
     def _learn(self, event: sender.Event | receiver.Event) -> Told | None:
@@ -230,7 +234,7 @@ class Proxy:
         return None
 
     def _failed(self, code: Code) -> Told:
-        self.fault, self._open, self._command = code, None, None
+        self.fault, self._open, self.command = code, None, None
         self.executing = self._stops = False
         self._armed = not self._power()
         return Told.FAULT

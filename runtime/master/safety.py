@@ -25,7 +25,7 @@ class Safety:
     """``state``: of the master, as SPEC 5 has it. ``estop``: the emergency stop is TRUE, or was when its
     emergency began and nobody has looked since. ``late``: the code computes it (or ``reset``), so it may
     change between two rungs. ``held``: outputs with the values that they keep until ``acknowledge``.
-    ``on_emergency`` is called when an emergency begins, for those who reach the slaves without P."""
+    ``causes``: why one has been demanded, until somebody has taken them. ``on_emergency`` is called when an emergency begins, for those who reach the slaves without P."""
 
     def __init__(self, on_emergency: Callable[[], None], wiring: Wiring | None) -> None:
         self.state, self.estop, self.late = Master.STOP, False, False
@@ -37,7 +37,7 @@ class Safety:
         self._read: Callable[[], tuple] = tuple
         self._resets = self._on = self._reset_before = False
         self._before: tuple | None = None
-        self._causes: list[Cause] = []
+        self.causes: list[Cause] = []
 
     def bind(self, machine: Machine, said: Coordination) -> None:
         """Goes on with the variables of a machine; the wiring is bound already."""
@@ -75,14 +75,14 @@ class Safety:
 
     def demand(self, cause: Cause) -> None:
         """``trip`` is to begin an emergency that is told by this message."""
-        if cause not in self._causes:
-            self._causes.append(cause)
+        if cause not in self.causes:
+            self.causes.append(cause)
 
     def trip(self) -> None:
         """The emergency thread: closes the latch, when somebody has demanded it."""
-        if not self._causes:
+        if not self.causes:
             return
-        if ESTOP in self._causes:
+        if ESTOP in self.causes:
             self.estop, self._before = True, None
         self.state = follow(MASTER, self.state, (MasterEvent.ESTOP,))
         self._hold()
@@ -118,14 +118,14 @@ class Safety:
 
     def taken(self) -> list[Cause]:
         """Why the latch was closed since the call before: nothing, as long as it is not."""
-        if not self._causes or self.state is not Master.ERROR:
+        if not self.causes or self.state is not Master.ERROR:
             return []
-        causes, self._causes = self._causes, []
+        causes, self.causes = self.causes, []
         return causes
 
     def work(self, working: bool) -> None:
         """The state follows the modules, outside of an emergency."""
-        if self.state is not Master.ERROR:
+        if working != (self.state is Master.RUN) and self.state is not Master.ERROR:
             event = MasterEvent.MODULES if working else MasterEvent.NO_MODULES
             self.state = follow(MASTER, self.state, (event,))
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum
+from struct import Struct
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Sequence
@@ -24,6 +25,9 @@ from runtime.protocol.memory import Memory, bit
 
 _ACTIVE, _SEEN, _PHASE, _STEP, _MODULE, _CYCLES, _STAGED = (
     areas()["ACPDD"].base + at for at in range(0, 28, 4))
+_STATE = Struct("=IIIII")
+"""The first of them."""
+
 _CB, _CA = (bit(areas()["ACPF"].base + at) for at in (0, 32))
 _LCF = areas()["LCF"].base
 
@@ -212,8 +216,11 @@ class Customised:
 
     def execute(self) -> None:
         """What the customised thread does in the rest of a scan."""
-        data = self._memory.data
-        active, seen = data.load(_ACTIVE), data.load(_SEEN)
+        data, bits = self._memory.data, self._memory.bits
+        active, seen, now, _, module = _STATE.unpack(data.read(_ACTIVE, _STATE.size))
+        if (now == Phase.RUNNING and self._last is Phase.RUNNING and active == seen and module
+                and bits.test(*bit(_LCF + module - 1))):
+            return  # as nearly always: its module is in work
         program = self._programs[active]
         if active != seen:
             old = self._programs[seen].sequence

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 
@@ -48,13 +48,17 @@ class Machine(machine.Machine):
         if len(wanted) > 1 and all(map(is_cell, wanted)):
             cells = itemgetter(*(s.home.name for s in wanted))
             return lambda: cells(namespace)
-        if all(isinstance(s.home, Cell) and s.bit is None and all(isinstance(k, str) for k in s.keys)
-               for s in wanted):
-            # By name, as the code of the program reads them: an instance is another object after a state was
-            # put back.
-            names = (".".join((s.home.name, *s.keys)) for s in wanted)
-            return eval(f"lambda: ({''.join(f'{name}, ' for name in names)})", namespace)
+        if all(map(_has_name, wanted)):
+            return eval(f"lambda: ({_names(wanted)})", namespace)
         return machine.Machine.reader(self, wanted)
+
+    def writer(self, symbols: Iterable[Symbol]) -> Callable[[Sequence], None]:
+        wanted = tuple(symbols)
+        if not wanted or not all(s.keys and _has_name(s) for s in wanted):
+            return machine.Machine.writer(self, wanted)
+        made: dict[str, Callable[[Sequence], None]] = {}
+        exec(f"def write(values): {_names(wanted)} = values", self._namespace, made)
+        return made["write"]
 
     def put(self, symbol: Symbol, value: object) -> None:
         if symbol.area == "I" and is_cell(symbol):
@@ -115,3 +119,15 @@ class Machine(machine.Machine):
 
     def _put_back(self, kept: object) -> None:
         self._keeper.put_back(self._namespace, kept)
+
+
+def _has_name(symbol: Symbol) -> bool:
+    """The code of the program knows it by a name, too: no bit, nothing packed, no element of an array."""
+    return (isinstance(symbol.home, Cell) and symbol.bit is None
+            and all(isinstance(key, str) for key in symbol.keys))
+
+
+def _names(symbols: Iterable[Symbol]) -> str:
+    """By name, as the code of the program has them: an instance is another object after a state was put
+    back."""
+    return "".join(f"{'.'.join((s.home.name, *s.keys))}, " for s in symbols)
