@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import re
 import signal
 import stat
@@ -334,6 +335,41 @@ def test_an_interrupted_or_impossible_trace_leaves_no_file(ldc, tmp_path: Path) 
     assert ldc("run", "main.ld", "--trace", "no/out.csv")[0] == 1
     assert ldc("run", "main.ld", "--inputs", "gone.csv")[0] == 1
     assert [p.name for p in tmp_path.iterdir()] == ["main.ld"]
+
+
+def test_a_terminal_without_unicode_shows_drawings_in_ascii(tmp_path: Path) -> None:
+    (tmp_path / "main.ld").write_text(MOTOR.replace("Start/stop", "Stänge →"))
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "ldc.cli", "draw", "main.ld", "--rung", "seal_in"]
+    drawing = subprocess.Popen(
+        command, cwd=tmp_path, stdout=theirs, env=os.environ | {"PYTHONIOENCODING": "latin-1"}
+    )
+    os.close(theirs)
+    shown = b""
+    while part := read_or_end(ours):
+        shown += part
+    os.close(ours)
+    assert drawing.wait() == 0
+    lines = shown.decode("latin-1").split("\r\n")
+    assert lines[0] == "1  seal_in  Stänge > with seal-in"
+    assert any(line.startswith("|--| |---+--|/|---") for line in lines), lines
+
+
+def read_or_end(terminal: int) -> bytes:
+    """What a terminal shows next; nothing when its last writer is gone."""
+    try:
+        return os.read(terminal, 65536)
+    except OSError:
+        return b""
+
+
+def test_results_are_utf_8_whatever_the_terminal_speaks(tmp_path: Path) -> None:
+    (tmp_path / "main.ld").write_text(MOTOR.replace("Start/stop", "Stänge"), encoding="utf-8")
+    command = [sys.executable, "-m", "ldc.cli", "compile", "main.ld"]
+    made = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "latin-1"}
+    )
+    assert "Stänge" in made.stdout.decode("utf-8")
 
 
 @pytest.mark.parametrize("command", [

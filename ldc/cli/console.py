@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import os
 import shutil
@@ -18,6 +19,24 @@ OK, WRONG, USAGE, INTERNAL = 0, 1, 2, 3
 
 FULL = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
 """Errors of a write that had no room: not of ldc, whatever wrote."""
+
+
+SHOWABLE = "ldc.showable"
+"""What becomes of characters that an encoding lacks: lines of drawings are shown by those of ASCII, others, and
+the bytes of names of files that are no text, as escapes."""
+
+_LIKE = dict(zip("─│┃┌┐└┘├┠┤┬┴┼╞→►●▁▇…µ", "-||++++|||+++|>>*_#~u", strict=True))
+
+
+def _showable(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    shown = (_LIKE.get(char) or char.encode("ascii", "backslashreplace").decode() for char in lacking)
+    return "".join(shown), error.end
+
+
+codecs.register_error(SHOWABLE, _showable)
 
 
 class UsageError(Exception):

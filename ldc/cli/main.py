@@ -8,7 +8,9 @@ import sys
 from collections.abc import Sequence
 
 from ldc.cli.arguments import make_parser
-from ldc.cli.console import FULL, INTERNAL, USAGE, WRONG, answered, say, silence_stdout
+from ldc.cli.console import (
+    FULL, INTERNAL, SHOWABLE, USAGE, WRONG, answered, is_terminal, say, silence_stdout
+)
 from ldc.collector import resting
 from ldc.render import visible
 
@@ -20,9 +22,10 @@ def main(arguments: Sequence[str]) -> int:
     """Run one command; its exit status. Nothing that a command raises gets past here."""
     _open_streams()
     for stream in (sys.stdout, sys.stderr):
-        # Names of files may hold bytes, and drawings characters, that the terminal's encoding lacks.
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            # Results are the same bytes on every machine; people see what their terminal can show.
+            encoding = None if is_terminal(stream) else "utf-8"
+            stream.reconfigure(encoding=encoding, errors=SHOWABLE)
     try:
         status = _run(arguments)
         sys.stdout.flush()
