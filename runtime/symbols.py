@@ -85,8 +85,16 @@ class Symbols:
                     yield root, tokens[2:]
         if len(self._layout.programs) == 1 and first in self._layout.programs[0][1]:
             yield self._layout.programs[0][1][first], tokens[1:]
-        if first in self._layout.globals:
-            yield self._layout.globals[first], tokens[1:]
+        # A variable of a program that others reach is a global with the path as its name.
+        shared, second = self._layout.globals, tokens[1] if len(tokens) > 1 else None
+        if isinstance(second, str) and f"{first}.{second.upper()}" in shared:
+            yield shared[f"{first}.{second.upper()}"], tokens[2:]
+        if len(self._layout.programs) == 1:
+            path = f"{self._layout.programs[0][0].name.upper()}.{first}"
+            if path in shared:
+                yield shared[path], tokens[1:]
+        if first in shared:
+            yield shared[first], tokens[1:]
 
     def _names(self) -> Iterator[str]:
         single = len(self._layout.programs) == 1

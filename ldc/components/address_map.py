@@ -106,12 +106,12 @@ def placed(processor: str, wanted: Iterable[tuple[str, Type, str]], word_bits: i
 
 
 def nameable(globals_: Iterable[Variable]) -> Iterator[tuple[Variable, Type]]:
-    """The globals that C can name, each with the type of its elements."""
+    """The globals that C can name, each with the type of its elements: no variables of programs."""
     for v in globals_:
         element = v.type
         while isinstance(element, Array):
             element = element.element
-        if isinstance(element, Elementary | Enum | Subrange):
+        if "." not in v.name and isinstance(element, Elementary | Enum | Subrange):
             yield v, element
 
 

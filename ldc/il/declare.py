@@ -92,9 +92,10 @@ class Declarations:
         """The names, with their addresses in a column of their own."""
         names = [self.names.globally(v.name) if unit is None else self.names.variable(unit, v.name)
                  for v in variables]
-        width = max((len(n) for n, v in zip(names, variables) if v.location), default=0)
-        return [(f"{name:<{width}} AT {v.location}" if v.location else name, v)
-                for name, v in zip(names, variables)]
+        at = [None if v.kind == "external" else v.location for v in variables]
+        width = max((len(n) for n, place in zip(names, at) if place), default=0)
+        return [(f"{name:<{width}} AT {place}" if place else name, v)
+                for name, place, v in zip(names, at, variables)]
 
     def configuration(self, program: Program) -> Iterator[str]:
         """``CONFIGURATION`` … ``END_CONFIGURATION``.

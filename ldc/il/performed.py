@@ -11,8 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Const, IndexStep, Load, Place
+from ldc.expr import Const, Place
 from ldc.il.program import Instr, RungCode, Unit
+from ldc.il.rename import renamed
 from ldc.model import call_findings as findings
 from ldc.records import record
 from ldc.source import Span
@@ -145,8 +146,7 @@ class _Performed:
             names = {t.name.upper(): f"_ldc_a{self.numbers[name]}{t.name[len('_ldc'):]}" for t in action.temps}
             self.temps.update((new, replace(t, name=new)) for t in action.temps
                               for new in (names[t.name.upper()],))
-            made = action.codes if not names else tuple(
-                replace(code, code=tuple(_renamed(i, names) for i in code.code)) for code in action.codes)
+            made = action.codes if not names else _with_names(action.codes, names)
             known = self._codes[name] = tuple(self.expanded(made))
             self._open.pop()
         return known
@@ -172,17 +172,8 @@ def _labels(codes: Sequence[RungCode]) -> list[str]:
         i.name for code in codes for i in code.code if i.op == "LABEL"]
 
 
-def _renamed(instr: Instr, names: Mapping[str, str]) -> Instr:
-    def own(operand: Const | Place | None) -> Const | Place | None:
-        return _place(operand, names) if isinstance(operand, Place) else operand
+def _with_names(codes: Sequence[RungCode], names: Mapping[str, str]) -> tuple[RungCode, ...]:
+    def name_of(place: Place) -> str:
+        return place.root if place.is_global else names.get(place.root.upper(), place.root)
 
-    return replace(instr, operand=own(instr.operand), args=tuple(map(own, instr.args)),
-                   outputs=tuple((pin, own(place)) for pin, place in instr.outputs))
-
-
-def _place(place: Place, names: Mapping[str, str]) -> Place:
-    root = place.root if place.is_global else names.get(place.root.upper(), place.root)
-    steps = tuple(
-        IndexStep(tuple(Load(_place(i.place, names)) if isinstance(i, Load) else i for i in s.indexes), s.bounds)
-        if isinstance(s, IndexStep) else s for s in place.steps)
-    return replace(place, root=root, steps=steps)
+    return tuple(replace(code, code=tuple(renamed(i, name_of) for i in code.code)) for code in codes)

@@ -15,6 +15,7 @@ from ldc.expr import Const, Place
 from ldc.il.declare import Declarations
 from ldc.il.literals import literal, type_text
 from ldc.il.names import IL_WORDS, Names, renamed
+from ldc.il.plain import without_paths
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr, Operand, Program, RungCode, Unit
 from ldc.symbols import Variable
 
@@ -26,6 +27,7 @@ def print_program(program: Program, sources: bool | None = None) -> str:
     """The whole project as one text: types, POUs callees first, configuration. The standard function
     blocks are left out, every IEC compiler has them. With ``sources`` the text that a rung was
     compiled from stands as a comment above its code."""
+    program = without_paths(program)
     names = Names(program.units, program.globals)
     declarations = Declarations(names, program.units)
     used = [v.type for u in program.units for v in u.variables] + [v.type for v in program.globals]

@@ -16,6 +16,7 @@ from ldc.il.control import Plan, plan
 from ldc.il.declare import Declarations
 from ldc.il.literals import literal, type_text
 from ldc.il.names import Names
+from ldc.il.plain import has_paths, without_paths
 from ldc.il.program import Program, Unit
 from ldc.symbols import Variable
 from ldc.types import DINT, Array, Instance, Struct, Type
@@ -32,6 +33,9 @@ _PART = "ldc_part"
 def print_st(program: Program, bodies: Mapping[str, str] = {}) -> str:
     """The whole project as one text. ``bodies``: POUs, by name in capitals, whose text is there already (they
     were written in Structured Text). Standard function blocks are left out, every compiler has them."""
+    bodies = {u.name.upper(): bodies[u.name.upper()] for u in program.units
+              if u.name.upper() in bodies and not has_paths(u)}
+    program = without_paths(program)
     units = tuple(_plain_names(unit) for unit in program.units if not unit.standard)
     declarations = _Declarations(Names(), program.units)
     functions = {u.name.upper(): u for u in program.units if u.kind == "FUNCTION"}

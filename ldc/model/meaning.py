@@ -25,7 +25,8 @@ def surroundings(scope: Scope) -> str:
 def meaning(scope: Scope, name: str) -> bytes:
     """All that a name (in capitals) may stand for in the POU; ``NOTHING`` when that is nothing."""
     found = scope.variable(name)
-    others = (scope.enum_values(name), scope.signature(name), scope.type_named(name), scope.labels.get(name))
+    others = (scope.enum_values(name), scope.signature(name), scope.type_named(name), scope.labels.get(name),
+              tuple(map(_said, scope.reached(name))), name in scope.model.lists)
     if found is None and not any(others):
         return NOTHING
     variable = None if found is None else (*_said(found[0]), found[1])
@@ -36,6 +37,7 @@ def meaning(scope: Scope, name: str) -> bytes:
         starts += _types(others[1])
     if others[2] is not None:
         starts.append(others[2])
+    starts += (v.type for v in scope.reached(name))
     text = repr((variable, others, *_reached(scope, starts)))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).digest()
 

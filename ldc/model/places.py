@@ -55,7 +55,12 @@ def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: boo
         base = base.base
     if type(base) is ast.Name:
         found = env.variable(base.name.upper())
-        if found is None:
+        if found is None and chain and type(chain[-1]) is ast.Member:
+            found = _by_path(env, base, chain[-1], diagnostics)
+            if found is None:
+                return None
+            chain.pop()
+        elif found is None:
             _unknown(env, base, diagnostics)
             return None
         if not chain and not write:
@@ -86,6 +91,21 @@ def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: boo
     if write and not _writable(env, node, root, variable, is_global, read_only, diagnostics):
         return None
     return Place(root, type_, tuple(steps), is_global, node.span)
+
+
+def _by_path(
+    env: Environment, base: ast.Name, member: ast.Member, diagnostics: Diagnostics
+) -> tuple[Variable, bool] | None:
+    """A variable of another program, or of a list of globals."""
+    found = env.path(base.name.upper(), member.name.upper())
+    if found is None:
+        _unknown(env, base, diagnostics)
+    elif isinstance(found, str):
+        if not env.silent(base.name.upper()) and not env.silent_pin(base.name.upper(), member.name.upper()):
+            call_findings.not_reached(diagnostics, member.span, f"{base.name}.{member.name}", found)
+    else:
+        return found
+    return None
 
 
 def _unknown(env: Environment, node: ast.Name, diagnostics: Diagnostics) -> None:

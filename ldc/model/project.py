@@ -66,7 +66,8 @@ class Model:
     ``signatures`` holds the POUs of the project and the standard function blocks that it uses;
     standard functions are looked up in ``ldc.library``. ``order`` lists the POUs of the project
     (capitals), callees first. ``Run.pou`` is in capitals. ``enum_values``: every enumeration that has
-    a value of that name, with its number.
+    a value of that name, with its number. ``programs``: the PROGRAMs by all their names,
+    ``lists``: names of the lists of globals (``ldc.model.paths``).
 
     For silence about what was reported already: ``broken`` are names whose declaration failed, by POU
     ("" for globals, types and POUs), ``*`` among them when a declaration was not even understood;
@@ -85,3 +86,5 @@ class Model:
     broken: dict[str, frozenset[str]] = field(default_factory=dict)
     incomplete: bool = False
     damaged: frozenset[str] = frozenset()
+    programs: dict[str, str] = field(default_factory=dict)
+    lists: frozenset[str] = frozenset()

@@ -15,6 +15,7 @@ from ldc.model.frame import Frame
 from ldc.model.names import PREFIX, standard
 from ldc.model.order import call_order
 from ldc.model.outputs import check_overlaps
+from ldc.model.paths import with_paths
 from ldc.model.project import Model, Pou
 from ldc.model.settings import Settings
 from ldc.model.sizes import check_sizes
@@ -110,7 +111,7 @@ class _Resolver:
         )
         check_overlaps(model, self.diagnostics)
         configurator = Configurator(model, self.globals, self.settings, self.diagnostics)
-        return configurator.configured(self.configurations)
+        return with_paths(configurator.configured(self.configurations))
 
     def _broken(self) -> dict[str, frozenset[str]]:
         frames = {"": self.globals, **self._frames}

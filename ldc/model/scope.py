@@ -16,6 +16,7 @@ from ldc.model import (
     expressions,
     ladder,
     ladder_blocks,
+    paths,
     places,
     statements,
 )
@@ -109,6 +110,26 @@ class Scope:
                 return None
             self._known[key] = found
         return found
+
+    def path(self, first: str, second: str) -> tuple[Variable, bool] | str | None:
+        if first == self.pou.upper():
+            return self.variable(second) if second in self._locals else None
+        program = self.model.programs.get(first)
+        if program is None and first not in self.model.lists:
+            return None
+        if program is None:
+            found = self._globals.get(second)
+            return (found, True) if found is not None and paths.list_of(found) == first else None
+        found = paths.reached(self.model, program, second)
+        return paths.why_not(self.model, program, second) if found is None else (found, True)
+
+    def reached(self, name: str) -> tuple[Variable, ...]:
+        """The variables that paths from ``name`` may lead to, but for those that are known without."""
+        program = self.model.programs.get(name)
+        run = paths.run_of(self.model, program) if program is not None else None
+        if run is None:
+            return ()
+        return tuple(v for v in self._globals.values() if v.name.upper().startswith(f"{run}.".upper()))
 
     def silent(self, key: str) -> bool:
         if self.model.incomplete or key in self.model.broken.get("", ()):
