@@ -10,7 +10,7 @@ from ldc import __version__
 from ldc.durations import parse_duration
 
 _FIRMWARE = ("cortex-m3", "cortex-m4", "cortex-m33")
-_SRC = "a .ld, .st or .il file, an ldc.toml, or a folder with one"
+_SRC = "a .ld, .st or .il file, one of another tool, an ldc.toml, or a folder with one"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -140,9 +140,12 @@ def _run(commands) -> None:
     parser.add_argument("--target", choices=_FIRMWARE, help="run firmware for this processor, in QEMU")
     _board(parser)
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--scans", type=_natural, metavar="N", help="how many scans")
     length.add_argument(
-        "--for", dest="duration", type=_duration, metavar="TIME", help="how long in virtual time, 2s"
+        "--scans", type=_natural, metavar="N", help="how many scans (default: as many as the inputs, or 100)"
+    )
+    length.add_argument(
+        "--for", dest="duration", type=_duration, metavar="TIME",
+        help="how long instead, 2s: of virtual time, or with --realtime of real time"
     )
     parser.add_argument("--period", type=_duration, metavar="TIME", help="time between two scans, 10ms")
     parser.add_argument(
@@ -322,7 +325,8 @@ def _online(commands) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=_Parser)
 
     def action(name: str, help: str) -> argparse.ArgumentParser:
-        added = _command(actions, name, help, f"  ldc online {name}")
+        example = "insert press --after feed" if name == "insert" else name
+        added = _command(actions, name, help, f"  ldc online {example}")
         if name == "insert":
             added.add_argument("module", metavar="MODULE", help="a PROGRAM, by its name")
             added.add_argument("--after", metavar="MODULE", help="the module before it (default: the last one)")
