@@ -16,6 +16,7 @@ from runtime.retain import Identity, saver
 from runtime.retain_file import Entry, Kept, Store
 
 Job = Callable[[], None]
+Begin = Callable[[], None]
 Take = Callable[[], Callable[[], Kept]]
 
 
@@ -30,12 +31,14 @@ class Slaves(Protocol):
 
 
 class Retaining:
-    """Saves the machine that runs. ``every_ns``: of the program's time; ``beside``: in a thread.
+    """Saves the machine that runs. ``every_ns``: of the program's time; ``beside``: in a thread, which calls
+    this when it begins.
     ``saved`` is told the scan of each save that is on the disk, ``failed`` the first that could not be made:
     the program runs on. ``kept``: what was saved before the start, by path."""
 
-    def __init__(self, machine: Machine, identity: Identity, store: Store, every_ns: int, beside: bool,
-                 failed: Callable[[OSError], None], saved: Callable[[int], None] = lambda scan: None, *,
+    def __init__(self, machine: Machine, identity: Identity, store: Store, every_ns: int,
+                 beside: Begin | None, failed: Callable[[OSError], None],
+                 saved: Callable[[int], None] = lambda scan: None, *,
                  kept: Mapping[str, Entry] = {}) -> None:
         self._store, self._every, self.kept = store, every_ns, kept
         self._failed, self._saved = failed, saved
@@ -43,7 +46,7 @@ class Retaining:
         self._slaves: Slaves | None = None
         self._machine, self._take = machine, saver(machine, identity, self._of_slaves)
         self._prepare: Callable[[], Take] = lambda: saver(machine, identity, self._of_slaves)
-        self._writer = _Writer() if beside else None
+        self._writer = _Writer(beside) if beside is not None else None
 
     def join(self, slaves: Slaves) -> None:
         """Algorithms of slaves get what they have retained, and are saved with the rest from now on."""
@@ -108,7 +111,8 @@ class Retaining:
 class _Writer:
     """A thread that does the newest job that it was given."""
 
-    def __init__(self) -> None:
+    def __init__(self, begin: Begin) -> None:
+        self._begin = begin
         self._job: Job | None = None
         self._given = threading.Condition()
         self._ended = False
@@ -131,6 +135,7 @@ class _Writer:
             self._thread.join()
 
     def _run(self) -> None:
+        self._begin()
         while True:
             with self._given:
                 while self._job is None and not self._ended:

@@ -247,7 +247,7 @@ def test_a_picture_of_the_lateness(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("options", "status", "said"), [
-    (("--plot", "late.pdf"), 2, ".svg or .png"), (("--online",), 2, "--online"),
+    (("--plot", "late.pdf"), 2, ".svg or .png"), (("--online", "--no-wait"), 2, "--no-wait"),
     (("--target", "cortex-m3"), 2, "this computer"),
 ])
 def test_options_that_mean_nothing_together(tmp_path: Path, options, status, said) -> None:

@@ -281,7 +281,8 @@ def _count(machine, places, path: Path, pipe: int, beside: bool) -> None:
     if kept is not None:
         restore(machine, kept)
     first = machine.get("n")
-    retaining = Retaining(machine, ME, store, 20_000_000, beside, lambda error: os._exit(2),
+    retaining = Retaining(machine, ME, store, 20_000_000, (lambda: None) if beside else None,
+                          lambda error: os._exit(2),
                           lambda scan: os.write(pipe, b"%d\n" % (first + scan)))
     while True:
         machine.scan()

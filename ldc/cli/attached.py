@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,9 +77,10 @@ def _file_of(options: argparse.Namespace, sources: Sources) -> Path | None:
 
 @contextmanager
 def attached(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-             names: Sequence[str], beside: bool = False) -> Iterator[Attached]:
+             names: Sequence[str], beside: Callable[[], None] | None = None) -> Iterator[Attached]:
     """Before the first scan: retained values, then forces. After the last: a save, the ring's file, and which
-    forces are still there. ``names``: what is watched; ``beside``: scans have their time.
+    forces are still there. ``names``: what is watched; ``beside``: scans have their time, and do not wait for
+    the disk; it is called by the thread that does.
 
     Raises UsageError, Invalid (LD0850 to LD0860) and Failure for what cannot be.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import errno
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,7 +26,7 @@ _SHOWN = 5
 
 
 def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled, machine: Machine,
-          path: Path, beside: bool) -> Retaining:
+          path: Path, beside: Callable[[], None] | None) -> Retaining:
     """Gives the machine its retained values as `--start` says, and what saves them. ``beside``: scans do not
     wait for the disk. Raises Invalid when the file cannot be used; it is as it was then."""
     store, kept = Store(path), None

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 import io
-import signal
+import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from ldc import pipeline
 from ldc.cli import link, shipped
 from ldc.cli import system as systems
-from ldc.cli.attached import attached
+from ldc.cli.attached import Attached, attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
@@ -30,8 +31,14 @@ from runtime.online.audit import Audit
 from runtime.online.checks import Limits
 from runtime.online.controller import Controller, Loaded
 from runtime.online.server import Busy, Server
+from runtime.realtime import processes
+from runtime.slave.algorithm import makers
 from runtime.trace import Trace
 from runtime.values import milliseconds
+
+if TYPE_CHECKING:
+    from ldc.cli.realtime import Processes
+    from runtime.master.part import MasterPart
 
 _SLICE = 0.02
 """Seconds between two looks at requests while the next scan is waited for."""
@@ -54,51 +61,116 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     endless = not (options.scans or options.duration)
     scans = None if endless else run_length(options, stimuli, machine)
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources),
-                    systems.together(result))
+                    systems.together(result), makers(result.program, bindings))
     controller = Controller(loaded)
-    with _observed(options, machine, names, file) as observer, \
-            _served(options, sources, controller) as server, _ended() as ended, \
-            attached(options, sources, result, machine, names, beside=True) as beside, \
-            systems.recorded(options.events, events) as record:
-        system = None
-        if is_system(result) or options.events:
-            system = systems.system(result, controller, bindings, record)
-            beside.join(system)
-            controller.expect = system.expect
-            server.waits = lambda: waits.text if (waits := system.master.waits) is not None else ""
-        scan = controller.scan if system is None else system.scan
-        due = time.monotonic()
-        while (scans is None or controller.machine.scans < scans) and not ended():
+    affinity = os.sched_getaffinity(0)
+
+    def ordinary() -> None:
+        if options.realtime:  # a thread of a processor has its priority
+            processes.ordinary(affinity)
+
+    with _observed(options, machine, names, file) as observer, processes.interrupted() as ended, \
+            attached(options, sources, result, machine, names, beside=ordinary) as beside, \
+            systems.recorded(options.events, events) as record, \
+            _executed(options, result, controller, bindings, record, beside, beat, ended) as whole, \
+            _served(options, sources, controller, ordinary) as server:
+        if whole.master is not None:
+            server.waits = lambda: waits.text if (waits := whole.master.waits) is not None else ""
+        controller.expect = whole.expect
+
+        def followed() -> None:
+            """Another program goes on."""
+            nonlocal machine, stimuli
+            stimuli = stimuli.follow(machine, controller.machine)
+            machine = controller.machine
+            observer.follow(machine)
+            beside.follow(controller.running)
+            server.values.follow(machine)
+
+        while (scans is None or controller.machine.scans < scans) and not ended() and not whole.over:
             if server.serve():
-                if system is not None:
-                    system.follow()
-                stimuli = stimuli.follow(machine, controller.machine)
-                machine = controller.machine
-                observer.follow(machine)
-                beside.follow(controller.running)
-                server.values.follow(machine)
-            left = due - time.monotonic()
-            if left > 0 and not options.no_wait:
-                time.sleep(min(left, _SLICE))
-                beat()
+                whole.follow()
+                followed()
+            if not whole.due():
                 continue
-            # Late scans are not made up for: two in a row would shorten no time of the plant.
-            due = max(due, due - left - machine.period_ns / 1e9) + machine.period_ns / 1e9
             stimuli.apply(machine)
-            scan()
+            before = machine.scans
+            whole.scan()
             if controller.machine is not machine:  # a fault ended a test within the scan
-                stimuli = stimuli.follow(machine, controller.machine)
-                machine = controller.machine
-                observer.follow(machine)
-                beside.follow(controller.running)
-                server.values.follow(machine)
+                followed()
+            if machine.scans == before:  # the run was ended while it waited
+                break
             observer.sample()
             beside.scanned()
             server.values.scanned()
             beat()
+    if options.realtime:
+        from ldc.cli import run_realtime
+
+        return run_realtime.told(options, result, whole.processes, machine, beat)
     say(f"{plural(machine.scans, 'scan')}, {milliseconds(machine.now_ns)} ms of the program's time")
-    findings = machine.faults if system is None else system.findings
-    return report((found.diagnostic() for found in findings), locator(result))
+    return report((found.diagnostic() for found in whole.findings()), locator(result))
+
+
+@dataclass(slots=True)
+class _Whole:
+    """What executes scans: ``due`` waits a little, and tells whether it is time for one. ``over``: there is
+    nothing to control any more. ``processes``: those of a run in real time."""
+
+    scan: Callable[[], None]
+    due: Callable[[], bool]
+    follow: Callable[[], None]
+    expect: Callable[[Loaded], None]
+    findings: Callable[[], Iterable]
+    master: MasterPart | None = None
+    processes: Processes | None = None
+
+    @property
+    def over(self) -> bool:
+        return self.processes is not None and self.processes.loop.over
+
+
+@contextmanager
+def _executed(options: argparse.Namespace, result: pipeline.Compiled, controller: Controller,
+              bindings: tuple[Binding, ...], record: systems.EventFile | None, beside: Attached,
+              beat: Callable[[], None], ended: Callable[[], bool]) -> Iterator[_Whole]:
+    """In a process for each processor, or in virtual time at the pace of the clock; threads may be made when
+    it has been entered."""
+    if options.realtime:
+        from ldc.cli.realtime import Processes  # loads what virtual time does not need
+
+        made = Processes(result, controller, bindings, beat, record.append if record else None, beside.join)
+        made.loop.until(ended)
+        try:
+            yield _Whole(made.loop.scan, lambda: True, made.follow, made.expect,
+                         lambda: made.loop.findings, made.master, made)
+        finally:
+            made.finish()
+        return
+    due = _Clock(controller, options.no_wait, beat).due
+    if not is_system(result) and not options.events:
+        yield _Whole(controller.scan, due, lambda: None, lambda coming: None, lambda: controller.machine.faults)
+        return
+    system = systems.system(result, controller, bindings, record)
+    beside.join(system)
+    yield _Whole(system.scan, due, system.follow, system.expect, lambda: system.findings, system.master)
+
+
+class _Clock:
+    """Scans at their time. Late ones are not made up for: two in a row would shorten no time of the plant."""
+
+    def __init__(self, controller: Controller, hurries: bool, beat: Callable[[], None]) -> None:
+        self._controller, self._hurries, self._beat = controller, hurries, beat
+        self._next = time.monotonic()
+
+    def due(self) -> bool:
+        now, period = time.monotonic(), self._controller.machine.period_ns / 1e9
+        if now < self._next and not self._hurries:
+            time.sleep(min(self._next - now, _SLICE))
+            self._beat()
+            return False
+        self._next = max(self._next, now - period) + period
+        return True
 
 
 @contextmanager
@@ -118,15 +190,18 @@ def _observed(options: argparse.Namespace, machine: Machine, names: tuple[str, .
 
 
 @contextmanager
-def _served(options: argparse.Namespace, sources: Sources, controller: Controller) -> Iterator[Server]:
-    """The socket, and the audit log beside it. Raises Failure when one of them cannot be made."""
+def _served(options: argparse.Namespace, sources: Sources, controller: Controller,
+            ordinary: Callable[[], None]) -> Iterator[Server]:
+    """The socket, and the audit log beside it. ``ordinary``: what its threads begin with. Raises Failure when
+    one of them cannot be made."""
     name = link.name_of(sources)
     path = link.socket_path(options.socket, name)
     log = Path(options.audit) if options.audit else link.state_folder() / f"{path.stem}.audit.jsonl"
     limits = Limits(sources.settings.image_bytes)
     try:
         audit = Audit(log, lambda text: say(f"ldc run: {visible(text)}"))
-        server = Server(controller, path, name, audit, limits, lambda text: say(visible(text)))
+        server = Server(controller, path, name, audit, limits, lambda text: say(visible(text)),
+                        ordinary)
     except Busy:
         raise Failure(f"a runtime has the socket `{path}` already: end it, or name another with --socket"
                       ) from None
@@ -138,16 +213,3 @@ def _served(options: argparse.Namespace, sources: Sources, controller: Controlle
     finally:
         server.close()
         audit.close()
-
-
-@contextmanager
-def _ended() -> Iterator[Callable[[], bool]]:
-    """Whether SIGINT or SIGTERM came: the scan that runs then is the last one."""
-    came: list[int] = []
-    before = {number: signal.signal(number, lambda number, frame: came.append(number))
-              for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: bool(came)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -29,8 +29,10 @@ def check(options: argparse.Namespace) -> None:
     if options.timing and (options.online or options.target or options.realtime):
         raise UsageError(
             "--timing tells of virtual time, which neither --online, --realtime nor a --target has")
-    if options.realtime and (options.online or options.target):
-        raise UsageError("--realtime runs on this computer, and without --online, which keeps time by itself")
+    if options.realtime and options.target:
+        raise UsageError("--realtime runs on this computer, not on a --target")
+    if options.realtime and options.no_wait:
+        raise UsageError("--no-wait leaves the time out, which --realtime keeps")
     if options.plot and not options.realtime:
         raise UsageError("--plot goes with --realtime")
     _check_files(options)

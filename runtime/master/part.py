@@ -35,6 +35,9 @@ T_ACK_NS = 5_000_000
 """The least time after which a slave counts as silent."""
 
 
+Finding = LinkFault | ScanOverdue | SlaveAnew | StepWaits
+"""What people are to be told when the run ends, beside the faults of tasks."""
+
 QUIET_NS = 100_000_000
 """How long an algorithm that executes may say nothing until its slave is asked whether it is there."""
 
@@ -56,7 +59,7 @@ class MasterPart:
                  ready: Callable[[], bool] = lambda: True) -> None:
         self.runner, self.memory, self.coordination = runner, memory, coordination
         self.safety = Safety(on_emergency, wiring)
-        self.findings: list[LinkFault | ScanOverdue | SlaveAnew] = []
+        self.findings: list[Finding] = []
         self._tell = _teller(note, now)
         self._on_machine, self._wiring = on_machine, wiring
         self._ready, self._wanted = ready, False
@@ -292,7 +295,7 @@ class MasterPart:
         return self._waiting.told(self.customised_program, self.machine.now_ns, not self._sequence_goes_on)
 
     @property
-    def told(self) -> tuple[LinkFault | ScanOverdue | SlaveAnew | StepWaits, ...]:
+    def told(self) -> tuple[Finding, ...]:
         """What people are to be told when the run ends: ``findings``, and a step that has waited long."""
         waits = self.waits
         late = waits is not None and waits.what.number > 0 and waits.waited_ns > LONG_NS

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 
 
@@ -47,6 +49,14 @@ def out_of_turn(action: str, state: str, help: str) -> Diagnostic:
 
 def nothing_staged(action: str) -> Diagnostic:
     return out_of_turn(action, "nothing is staged", "stage a program with `ldc online stage`")
+
+
+def other_algorithms(paths: Sequence[str]) -> Diagnostic:
+    """``paths``: of instances, at least one."""
+    named = ", ".join(f"`{path}`" for path in paths[:3]) + (" and more" if len(paths) > 3 else "")
+    return _one("LD0862", f"the change brings, drops or alters algorithms of slaves: {named}",
+                "with --realtime slaves are processes that execute the program they began with: change the "
+                "rest of the program, or end the run and start the new one")
 
 
 def in_other_hands(what: str) -> Diagnostic:

@@ -41,13 +41,14 @@ class Server:
     """Serves ``controller`` at the socket ``path``. ``name``: of the program, for people.
 
     Raises OSError when the socket cannot be made, Busy when a runtime has it. The folder of the socket
-    is made for the user alone.
+    is made for the user alone. ``begin`` is called in the thread that makes those of clients.
     """
 
     def __init__(self, controller: Controller, path: Path, name: str, audit: Audit,
-                 limits: Limits = Limits(), say: Callable[[str], None] = lambda text: None) -> None:
+                 limits: Limits = Limits(), say: Callable[[str], None] = lambda text: None,
+                 begin: Callable[[], None] = lambda: None) -> None:
         self.controller, self.path, self.name = controller, path, name
-        self._audit, self._limits, self._say = audit, limits, say
+        self._audit, self._limits, self._say, self._begin = audit, limits, say, begin
         self._last, self._pause = "", 0
         self.waits: Callable[[], str] = str  # what the sequence waits for; whoever has one tells
         self._jobs: queue.SimpleQueue[tuple[Future, Callable[[], object]]] = queue.SimpleQueue()
@@ -97,6 +98,7 @@ class Server:
     # ---- of the threads of clients ---------------------------------------------------------------
 
     def _accept(self) -> None:
+        self._begin()
         self._socket.settimeout(_POLL)
         while not self._ended.is_set():
             try:

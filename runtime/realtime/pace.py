@@ -22,6 +22,11 @@ class Pace:
         self.period_ns, self.now_ns = period_ns, 0
         self._start, self._next, self._lateness = start_ns, start_ns, lateness
 
+    def join(self) -> None:
+        """Begins with the next period: those before were not for this process."""
+        passed = max(time.monotonic_ns() - self._start, 0)
+        self._next = self._start + -(-passed // self.period_ns) * self.period_ns
+
     def wait(self, meanwhile: Callable[[], bool] | None = None, slice_ns: int = 0) -> int | None:
         """Sleeps until the next period begins. How many were missed before it: they are left out, since two
         in a row would shorten no time of the plant. ``meanwhile`` is called again and again, ``slice_ns``

@@ -12,13 +12,14 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 PRIORITY = 50
 """Of SCHED_FIFO, 1 .. 99: above ordinary processes, below the interrupt threads of most kernels."""
 
-_PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
+_PR_SET_PDEATHSIG, _PR_SET_NAME, _PR_SET_CHILD_SUBREAPER = 1, 15, 36
 _DENIED = "not allowed"
 
 
@@ -49,13 +50,18 @@ class Child:
         return f"ended with status {status}"
 
 
-def start(name: str, work: Callable[[], int]) -> Child:
+def adopt() -> None:
+    """From now on processes below this one become its children when their parents end."""
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def start(name: str, work: Callable[[], int], parent: int | None = None) -> Child:
     """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt;
     `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. An interrupt from the
-    keyboard is left to the parent."""
+    keyboard is left to the parent. ``parent``: who adopts it, when this process ends at once."""
     sys.stdout.flush()
     sys.stderr.flush()
-    parent = os.getpid()
+    maker = os.getpid()
     pid = os.fork()
     if pid:
         return Child(name, pid)
@@ -63,10 +69,12 @@ def start(name: str, work: Callable[[], int]) -> Child:
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        while parent is not None and os.getppid() == maker:
+            time.sleep(0.001)
         system = ctypes.CDLL(None)
         system.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
         system.prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
-        if os.getppid() == parent:  # else it has died already, and nobody tells
+        if os.getppid() == (parent or maker):  # else it has died already, and nobody tells
             status = work()
     except KeyboardInterrupt:  # raised by code of the project, since the keyboard is ignored here
         status = 128 + signal.SIGINT
@@ -86,6 +94,19 @@ def finish(children: Sequence[Child], seconds: float = 1.0) -> None:
         if child.status is None:
             os.kill(child.pid, signal.SIGKILL)
             child.status = os.waitstatus_to_exitcode(os.waitpid(child.pid, 0)[1])
+
+
+@contextmanager
+def interrupted() -> Iterator[Callable[[], bool]]:
+    """Whether SIGINT or SIGTERM came, which end a run after the scan that is executed."""
+    came: list[int] = []
+    before = {number: signal.signal(number, lambda number, frame: came.append(number))
+              for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def cpus(count: int) -> list[int | None]:
@@ -119,6 +140,11 @@ def claim(cpu: int | None) -> list[str]:
 
 def give_back(affinity: set[int]) -> None:
     """This process is an ordinary one again."""
+    ordinary(affinity)
+    gc.unfreeze()
+
+
+def ordinary(affinity: set[int]) -> None:
+    """This thread is an ordinary one, on any of these processors of the computer."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     os.sched_setaffinity(0, affinity)
-    gc.unfreeze()

@@ -21,18 +21,31 @@ def slave_period(placed: Iterable[Placed], slave: int) -> int:
     return gcd(POLL_NS, *(p.period_ns for p in placed if p.slave == slave))
 
 
-def run_slave(part: SlavePart, board: Board, number: int, pace: Pace) -> None:
-    """Emergency before communication before algorithms, as their levels are. ``number``: of the process."""
-    emergencies = board.emergencies
+def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_ns: int,
+              anew: bool = False) -> None:
+    """Emergency before communication before algorithms, as their levels are. ``number``: of the process.
+    ``patience_ns``: after as long without a period the master has given this slave up. ``anew``: it takes the
+    place of one that was lost, and is there when its master knows that."""
+    emergencies, saves, keeps = board.emergencies, board.saves, board.keeps(number)
+    if anew:
+        pace.join()
+        part.restart({entry.path: entry for entry in board.kept(number)})
     while not board.stopping:
-        pace.wait()
-        if board.emergencies != emergencies:
+        missed = pace.wait()
+        if board.emergencies != emergencies or missed * pace.period_ns > patience_ns:
             emergencies = board.emergencies
             part.emergency()
         part.communicate()
         if part.execute():
             part.communicate()
-        board.beat(number)
+        if keeps and board.saves != saves:
+            saves = board.saves
+            board.keep(number, saves, part.retained())
+        anew = anew and part.waiting
+        if not anew:
+            board.beat(number)
+    if keeps:
+        board.keep(number, board.saves, part.retained())
 
 
 def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> None:

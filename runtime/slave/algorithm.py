@@ -12,7 +12,7 @@ from typing import Protocol
 from ldc.expr import Place
 from ldc.il import c_types
 from ldc.il.external import Binding
-from ldc.il.placement import ERROR, Placed
+from ldc.il.placement import ERROR, Placed, same_body
 from ldc.il.program import Instr, Program, Resource, Run, RungCode, Task, Unit
 from ldc.records import record
 from ldc.symbols import Variable
@@ -81,6 +81,12 @@ class Maker:
     program: Program
     bindings: tuple[Binding, ...]
     libraries: tuple[object, ...] = ()
+
+    def same(self, other: Maker) -> bool:
+        """Whether all that is executed is the same: an algorithm that goes on over an online change keeps its
+        state."""
+        ours, theirs = self.program.units, other.program.units
+        return len(ours) == len(theirs) and all(map(same_body, ours, theirs))
 
     def __call__(self, placed: Placed, field: Field) -> Algorithm:
         """Raises OSError when native code cannot be loaded, MissingNative when it is not bound."""

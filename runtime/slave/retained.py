@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ldc.il.layout import type_hash
 from ldc.il.placement import ERROR, Placed
 from ldc.il.program import Program
-from ldc.types import TIME
+from ldc.types import TIME, String, Type, storage
 from runtime.layout import Layout, lay_out, slot
 from runtime.retain import Leaf, Walk, entries, fitting
 from runtime.retain_file import Entry
@@ -63,3 +63,17 @@ def put_back(algorithm: Algorithm, found: Sequence[Leaf], kept: Mapping[str, Ent
 
 def _symbols(found: Iterable[Leaf]) -> Iterator[Symbol]:
     return (symbol for leaf in found for symbol in leaf.symbols)
+
+
+def room(found: Iterable[Leaf]) -> int:
+    """Bytes that the entries take at most, as msgpack with a length before it; 0 for none."""
+    sizes = [48 + len(leaf.path.encode()) + len(leaf.hash) + len(leaf.symbols) * _most(leaf.type)
+             for leaf in found]
+    return 16 + sum(sizes) if sizes else 0
+
+
+def _most(type_: Type) -> int:
+    """Bytes of a value at most."""
+    if isinstance(type_, String):
+        return 4 + type_.length * (1 if type_.name == "STRING" else 2)
+    return max(storage(type_).bits // 8, 1)

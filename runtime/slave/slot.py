@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ldc.il.areas import areas
-from ldc.il.placement import Placed, PlacedPin, same_body
+from ldc.il.placement import Placed, PlacedPin
 from runtime.field import Field
 from runtime.processors.states import Algorithm as State
 from runtime.protocol.check import Algorithm as Parameters
@@ -100,10 +100,10 @@ class Slot:
     def goes_on(self, new: Placed, maker: Maker) -> bool:
         """Whether the algorithm of another placement is this one: same place, same pins, and
         everything that it executes the same."""
-        was, old, units = self.placed, self.maker.program.units, maker.program.units
+        was = self.placed
         return ((was.slot, was.aid, was.ad, was.unit.upper(), was.parameters, was.feedback, was.local) ==
                 (new.slot, new.aid, new.ad, new.unit.upper(), new.parameters, new.feedback, new.local)
-                and len(old) == len(units) and all(map(same_body, old, units)))
+                and self.maker.same(maker))
 
 
 def executing(memory: Memory) -> int:
