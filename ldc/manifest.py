@@ -83,6 +83,10 @@ class CostTable(Struct):
     function: Name | None = None
     call: Name | None = None
     task: Name | None = None
+    frame: Name | None = None
+    word: Name | None = None
+    algorithm: Name | None = None
+    algorithms: dict[Name, Name] = {}
 
 
 @record
@@ -107,7 +111,7 @@ class Manifest:
     retain: str | None
     retain_every: int | None
     coordination: CoordinationSettings
-    cost: dict[str, int] | None
+    cost: dict[str, int | dict[str, int]] | None
     spans: dict[tuple[str | int, ...], Entry] = field(repr=False)
 
     @property
@@ -256,11 +260,15 @@ def _task(name: str, tables: Tables, processors: dict[str, str]) -> TaskSetting:
     return TaskSetting(name, interval, table.priority, table.programs, table.processor, watchdog)
 
 
-def _cost(tables: Tables) -> dict[str, int]:
-    """Nanoseconds by group of instructions."""
+def _cost(tables: Tables) -> dict[str, int | dict[str, int]]:
+    """Nanoseconds by key; of algorithms by name of the unit, as written."""
     table = tables.table(("cost",), CostTable)
-    return {name: _duration(tables, ("cost", name), text)
-            for name in CostTable.__struct_fields__ if (text := getattr(table, name)) is not None}
+    found: dict[str, int | dict[str, int]] = {
+        name: _duration(tables, ("cost", name), text) for name in CostTable.__struct_fields__
+        if name != "algorithms" and (text := getattr(table, name)) is not None}
+    algorithms = {unit: _duration(tables, ("cost", "algorithms", unit), text)
+                  for unit, text in table.algorithms.items()}
+    return {**found, "algorithms": algorithms} if algorithms else found
 
 
 def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:

@@ -24,7 +24,10 @@ _CALLS = frozenset(("CAL", "CALC", "CALCN", "EXT"))
 class Cost:
     """The table ``[cost]``: ``instruction`` is what an IL instruction costs unless its group says otherwise:
     ``arithmetic``, ``comparison``, ``function`` (one of the library), ``call`` (of a block, a FUNCTION of the
-    project or native code, beside what is in it); ``task``: to begin an execution of a task."""
+    project or native code, beside what is in it); ``task``: to begin an execution of a task.
+
+    ``frame`` and ``word``: what a transfer costs each of its two processors, and each word of 32 bits in it;
+    ``algorithm``: an execution of an algorithm on a slave, unless ``algorithms`` has its unit, in capitals."""
 
     instruction: int = 0
     arithmetic: int | None = None
@@ -32,6 +35,14 @@ class Cost:
     function: int | None = None
     call: int | None = None
     task: int = 0
+    frame: int = 0
+    word: int = 0
+    algorithm: int = 0
+    algorithms: tuple[tuple[str, int], ...] = ()
+
+    def of_unit(self, unit: str) -> int:
+        """What an execution of an algorithm costs."""
+        return next((cost for name, cost in self.algorithms if name == unit.upper()), self.algorithm)
 
 
 class Costs:

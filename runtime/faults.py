@@ -56,7 +56,7 @@ class Place:
     span: Span | None = None
 
     def __str__(self) -> str:
-        return f"{self.pou}, rung {self.rung}, instruction {self.instruction}"
+        return f"{self.pou}, rung {self.rung}, instruction {self.instruction}" if self.rung else self.pou
 
 
 @record

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
-from ldc.il.placement import NoRoom, Placed, placed, points
+from ldc.il.placement import NoRoom, Placed, placed, points, same_body
 from ldc.records import record
+from runtime import spending
 from runtime.cost import Cost
 from runtime.faults import Fault, TaskOverdue
 from runtime.field import Field
@@ -60,11 +61,12 @@ class _Slave:
 
     __slots__ = ("part", "due", "period_ns", "off", "emergency", "communication", "algorithm")
 
-    def __init__(self, part: SlavePart, emergency: Work, communication: Work, algorithm: Work) -> None:
+    def __init__(self, part: SlavePart, emergency: Work, communication: Work, algorithm: Work,
+                 on_watchdog: Callable[[int], None]) -> None:
         self.part, self.period_ns, self.due, self.off = part, part.period_ns, NEVER, False
         self.emergency = Thread("emergency", "emergency", None, emergency)
         self.communication = Thread("communication", "communication", None, communication)
-        self.algorithm = Thread("algorithm", "algorithm", None, algorithm)
+        self.algorithm = Thread("algorithm", "algorithm", None, algorithm, on_watchdog=on_watchdog)
 
 
 @record
@@ -98,7 +100,7 @@ def _from(before: _Deployed, after: _Deployed) -> _Deployed:
     stays = frozenset(
         p.path for p in after.placed
         if p.path in old and replace(old[p.path], module=p.module, retain=p.retain) == p
-        and before.makers[p.unit.upper()].same(after.makers[p.unit.upper()]))
+        and same_body(before.makers[p.unit.upper()].unit, after.makers[p.unit.upper()].unit))
     return replace(after, stays=stays)
 
 
@@ -106,8 +108,8 @@ class System:
     """``placed``: the algorithms of the program that ``runner`` executes, ``makers`` how they are made;
     ``slaves``: numbers of slaves that are there though they have none. ``events``: what units did; ``log``:
     of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots, accesses to shared
-    memory, what slaves took and executed. The time is that of the master's machine. ``cost``: what the code
-    of the master takes, None: no time; ``watchdogs``: of its tasks, as of Executions."""
+    memory, what slaves took and executed. The time is that of the master's machine. ``cost``: what code,
+    transfers and algorithms take, None: no time; ``watchdogs``: of its tasks, as of Executions."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  coordination: Coordination, field: Field, *, slaves: Iterable[int] = (),
@@ -131,6 +133,7 @@ class System:
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
         self._began = self.machine.now_ns
+        self._cost = cost
         self._executions = None if cost is None else Executions(self.machine, watchdogs or {}, self.now)
         threads = self._emergency, self._communication, *_ = self._master_threads()
         self._slaves: list[_Slave] = []
@@ -240,8 +243,7 @@ class System:
             if part.busy:
                 self._scheduler.raise_event(self._communication)
 
-        def communication(now: int) -> None:
-            part.communicate()
+        def served() -> None:
             for slave in self._slaves:
                 if self._flags.by_master(slave.part.number) and slave.part.wanted:
                     self._scheduler.raise_event(slave.communication)
@@ -254,28 +256,36 @@ class System:
         scan = Thread("control", "control", self.machine.period_ns,
                       control if self._executions is None else control_in_pieces, on_watchdog=overdue)
         return (Thread("emergency", "emergency", None, lambda now: part.safety.trip()),
-                Thread("communication", "communication", None, communication),
+                Thread("communication", "communication", None,
+                       spending.communication(self._cost, part, served)),
                 scan, Thread("customised", "customised", None, lambda now: part.customised()))
 
     def _slave(self, part: SlavePart) -> _Slave:
-        def communication(now: int) -> None:
-            part.communicate()
+        def served() -> None:
             if self._flags.by_slave(part.number):
                 self._scheduler.raise_event(self._communication)
             if part.live and slave.due == NEVER:
+                now = self._scheduler.now_ns
                 slave.due = -(-now // slave.period_ns) * slave.period_ns
                 if slave.due == now:
                     slave.due += slave.period_ns
                     self._scheduler.raise_event(slave.algorithm)
 
-        def algorithm(now: int) -> None:
-            if part.execute():
-                self._scheduler.raise_event(slave.communication)
+        def opened() -> None:
+            self._scheduler.raise_event(slave.communication)
+
+        def overdue(now: int) -> None:
+            thread = slave.algorithm
+            part.overdue(TaskOverdue(OVERRUNS, slave.period_ns, max(thread.counts.worst, now - thread.released)))
+            opened()
 
         def powered(work: Work) -> Work:
             return work if self._silences is None else lambda now: None if slave.off else work(now)
 
-        slave = _Slave(part, powered(lambda now: part.emergency()), powered(communication), powered(algorithm))
+        communication = spending.communication(self._cost, part, served)
+        algorithm = spending.algorithms(self._cost, part, opened)
+        slave = _Slave(part, powered(lambda now: part.emergency()), powered(communication), powered(algorithm),
+                       overdue)
         return slave
 
     def _power(self) -> None:
@@ -351,6 +361,9 @@ class System:
                   for slot in self._flags.raised(p.number, to_slave)}
         open_ = {(p.placed.slave, to_slave, p.placed.slot) for p in self.master.proxies
                  for to_slave in (True, False) if not p.endpoint.idle}
+        # A slave whose communication waits for its processor has not ended its side yet.
+        waiting = {slave.part.number for slave in self._slaves if slave.communication.active}
+        open_ |= {flag for flag in raised if flag[0] in waiting}
         return Snapshot(self._began + now, self.master.state,
                         tuple(State.ERROR if s.off else s.part.state for s in self._slaves),
                         tuple(0 if s.off else s.part.executing for s in self._slaves), self.master.estop,

@@ -92,7 +92,7 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     if _takes_time(options, sources):
         from ldc.cli import timing as times  # loads what a run without [cost] does not need
 
-        cost = times.cost_of(sources.manifest)
+        cost = times.cost_of(sources.manifest, result.program)
     elif options.timing:
         raise UsageError("--timing needs a table [cost] in ldc.toml: without one nothing takes time")
     machine = start(result, options.period, sources.manifest, options.engine, bindings, cost)

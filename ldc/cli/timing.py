@@ -8,6 +8,7 @@ from dataclasses import astuple
 from ldc.cli.console import say
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
+from ldc.il.program import Program
 from ldc.manifest import Manifest
 from runtime.cost import Cost
 from runtime.machine import Machine
@@ -18,9 +19,20 @@ _TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed",
            "load %")
 
 
-def cost_of(manifest: Manifest) -> Cost:
-    """What `[cost]` says."""
-    return Cost(**manifest.cost or {})
+def cost_of(manifest: Manifest, program: Program) -> Cost:
+    """What `[cost]` says. Raises Invalid for the cost of an algorithm that is none."""
+    given = dict(manifest.cost or {})
+    known = {unit.name.upper(): unit.name for unit in program.algorithms}
+    algorithms, diagnostics = given.pop("algorithms", {}), Diagnostics()
+    for name in algorithms:
+        if name.upper() not in known:
+            diagnostics.error("LD0869", f"no algorithm of a slave is called `{name}`",
+                              manifest.value_span("cost", "algorithms", name), "it costs nothing",
+                              help=f"algorithms of this project: {', '.join(known.values()) or 'none'}; what "
+                                   "the master executes costs by its instructions")
+    if diagnostics.has_errors:
+        raise Invalid(diagnostics)
+    return Cost(**given, algorithms=tuple((name.upper(), cost) for name, cost in algorithms.items()))
 
 
 def watchdogs_of(machine: Machine, manifest: Manifest) -> dict[str, int]:

@@ -25,7 +25,7 @@ not know yet.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import gcd
 from typing import TYPE_CHECKING
@@ -33,6 +33,8 @@ from typing import TYPE_CHECKING
 from ldc.il.areas import PROCESSORS, areas
 from ldc.il.placement import Placed
 from runtime import units
+from runtime.faults import Fault as RunFault
+from runtime.faults import Place, TaskOverdue, describe
 from runtime.field import Field
 from runtime.processors.invariants import Executed, Took
 from runtime.processors.states import (
@@ -182,16 +184,29 @@ class SlavePart:
     def communicate(self) -> bool:
         """Serves the transfers of this slave as far as they go on now. Whether there was anything to do, so
         that the master may have to do something too."""
-        pending, ticks, now = self.memory.shared.load(self._running) | self._open, False, self._now()
-        if now >= self._tick_at:
-            self._tick_at, ticks = now + _TICK, True
-            pending |= self._looked_after()
+        pending, ticks = self._pending()
         if not pending:
             return False
         for slot in self._slots:
             if slot.mask & pending:
                 self._serve(slot, ticks)
         return True
+
+    def serving(self) -> Iterator[Endpoint]:
+        """``communicate`` for a slave whose transfers take time: each ``next`` serves one algorithm."""
+        pending, ticks = self._pending()
+        for slot in tuple(self._slots):
+            if slot.mask & pending and slot in self._slots:
+                self._serve(slot, ticks)
+                yield slot.endpoint
+
+    def _pending(self) -> tuple[int, bool]:
+        """The slots that have something to do, and whether a period of P has passed."""
+        pending, ticks, now = self.memory.shared.load(self._running) | self._open, False, self._now()
+        if now >= self._tick_at:
+            self._tick_at, ticks = now + _TICK, True
+            pending |= self._looked_after()
+        return pending, ticks
 
     def _looked_after(self) -> int:
         """One idle slot a period gets its tick, so that flags that were disturbed do not stay; its mask when
@@ -288,7 +303,7 @@ class SlavePart:
             elapsed, slot.last = now - slot.last, now
             slot.due += slot.placed.period_ns
             if slot.due <= now:
-                slot.due = now + slot.placed.period_ns
+                slot.due = now + slot.placed.period_ns - (now - slot.due) % slot.placed.period_ns
             if self._note is not None:
                 self._told(units.A_EXEC, slot, now)
             if self._seen is not None:
@@ -307,10 +322,22 @@ class SlavePart:
                 self._feed(slot)
         return self._open != 0
 
+    def due(self) -> list[Placed]:
+        """The algorithms that ``execute`` would execute now."""
+        now = self._now()
+        return [slot.placed for slot in self.live if not slot.begun or now >= slot.due]
+
+    def overdue(self, error: TaskOverdue) -> None:
+        """The watchdog of the algorithm thread: what executes ends as by a fault (SPEC 6.1 R3)."""
+        if self.live:
+            slot, (code, message, help_) = self.live[0], describe(error)
+            place = Place(slot.placed.unit, "", -1)
+            self._fault(slot, AlgorithmFault(RunFault(code, message, help_, "", place, (), 0, 0)))
+
     def _begin(self, slot: Slot, now: int) -> None:
-        """A.START."""
+        """A.START. Where code takes time it may be later than the begin of the period."""
         slot.begun = slot.tell = True
-        slot.due = slot.last = now
+        slot.due, slot.last = now - now % self.period_ns, now
         slot.execute_flag(True)
         slot.enter(follow(ALGORITHM, slot.state, (AlgorithmEvent.CLEAR, AlgorithmEvent.BEGIN)))
         self._move(SlaveEvent.START, SlaveEvent.EXECUTES)
