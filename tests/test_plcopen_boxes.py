@@ -167,6 +167,32 @@ def test_its_order_counts_from_0() -> None:
     assert run(drawn(2, 0), [{}], "i j") == ["1 0"]
 
 
+def test_what_is_executed_before_what_feeds_it_is_told() -> None:
+    def drawn(block_: int, result_: int, source) -> str:
+        return project(pou(chart(value(1, "a"), block(
+            2, "AND", {"In1": 1, "In2": source}, ("Out1",), executionOrderId=block_), block(
+            3, "NOT", {"In1": "2.Out1"}, ("Out1",), executionOrderId=result_), result(
+            4, "q", "3.Out1", executionOrderId=2)), BOOLS))
+
+    assert not said(built(drawn(0, 1, 1)))
+    assert said(built(drawn(1, 0, 1))) == ("warning LD0159 main: block 3 `NOT` at (30, 10) is executed before "
+                                           "block 2 `AND` at (20, 10), which feeds it")
+    assert run(drawn(1, 0, 1), [{"a": 1}, {"a": 0}], "q") == ["0", "1"]
+    loop = drawn(1, 0, "3.Out1")
+    assert said(built(loop)).startswith("note LD0316")
+    assert run(loop, [{"a": 1}, {}, {}], "q") == ["1", "0", "1"]
+
+
+def test_a_loop_that_is_read_before_it_is_fed() -> None:
+    xml = project(pou(chart(value(1, "a"), block(
+        2, "AND", {"In1": 1, "In2": "3.Out1"}, ("Out1",), executionOrderId=0), result(
+        4, "q", "3.Out1", executionOrderId=1), block(3, "NOT", {"In1": "2.Out1"}, ("Out1",), executionOrderId=2)),
+        BOOLS))
+    assert [d.message for d in compiled(xml).diagnostics if d.code == "LD0159"] == [
+        "main: output variable 4 `q` at (40, 10) is executed before block 3 `NOT` at (30, 10), which feeds it"]
+    assert run(xml, [{"a": 1}, {}, {}, {}], "q") == ["1", "0", "1", "0"]
+
+
 def test_an_action_of_a_chart_as_a_continuous_function_chart() -> None:
     body = chart(value(1, "a"), wire(2, 1), result(3, "q", 2, executionOrderId=0))
     steps = element("step", 1, "<connectionPointOut/>", name="s", initialStep="true") + element(

@@ -280,7 +280,7 @@ def resolve(
 
     A literal takes the type that the other arguments decide, unless it does not fit in there: then it
     counts with its natural type. When nothing decides and the result is of no use to the context,
-    literals take the type that the context asks for (``hint``).
+    literals, and nets that a loop feeds later, take the type that the context asks for (``hint``).
     """
     types = [None if type(a) in _UNDECIDED else a.type for a in args]
     floats, names, known_real, enum = [], [], False, None
@@ -302,10 +302,11 @@ def resolve(
         types[at] = enum
     found = _resolve(name, tuple(types))
     loose = [at for at, a in enumerate(args) if type(a) is Untyped]
-    if not loose:
+    fed_later = [at for at, a in enumerate(args) if type(a) is NetValue and a.type is None]
+    if not loose and not fed_later:
         return found
     if hint is not None and (isinstance(found, str) or not storable(found.result, hint)):
-        hinted = _resolve(name, _replaced(types, loose, lambda at: storage(hint)))
+        hinted = _resolve(name, _replaced(types, [*loose, *fed_later], lambda at: storage(hint)))
         if not isinstance(hinted, str) and storable(hinted.result, hint):
             return hinted
     if isinstance(found, str) or all(fits(args[at].value, found.parameters[at]) for at in loose):

@@ -90,3 +90,9 @@ def nothing_runs(diagnostics: Diagnostics, span: Span, programs: int, task: str 
     diagnostics.warning("LD0157", f"no resource of this file runs a program: {whose} of it will run {where}",
                         span, "without instances of programs",
                         help="give the programs instances in the editor that the file comes from")
+
+
+def fed_later(diagnostics: Diagnostics, span: Span, where: str, source: str) -> None:
+    diagnostics.warning("LD0159", f"{where} is executed before {source}, which feeds it", span,
+                        "is executed behind it here", help="turn the two around in the order of execution; to read "
+                        "the value of the scan before, store it in a variable")

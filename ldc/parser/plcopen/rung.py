@@ -14,7 +14,7 @@ from operator import attrgetter
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import boxes, findings, paths, texts
+from ldc.parser.plcopen import backwards, boxes, findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
 from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output
 from ldc.parser.plcopen.paths import RAIL_NET, Step
@@ -63,6 +63,8 @@ class RungWriter:
         self._values()
         if not self.steps:
             return None
+        if self.drawing.body.tag == "CFC":
+            backwards.tell(self.drawing, self.group, self.diagnostics)
         span = self.group[0].node.span
         return ast.Rung(name, title, paths.write(*self._ordered()), span, None)
 
