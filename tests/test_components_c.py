@@ -271,6 +271,20 @@ def test_a_crash_in_a_header_of_ones_own_is_told_there(tmp_path: Path, capfd) ->
     assert "error[LD0805]: component ODD" in said and "own.h:5:" in said, said
 
 
+def test_a_bug_beside_components_is_reported_like_any_other(tmp_path: Path, monkeypatch, capfd) -> None:
+    """They run in a process of their own, which has no traceback for users either."""
+    def broken(*options):
+        raise RuntimeError("no such thing")
+
+    monkeypatch.setattr("ldc.cli.run._run", broken)
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", str(project(tmp_path, entry("out->r = 1;"))), "--scans", "1"]) == 3
+    said = capfd.readouterr().err
+    assert "Traceback" not in said and "internal fault (RuntimeError: no such thing)" in said
+    (report,) = tmp_path.glob("ldc-bug-*.txt")
+    assert "command: ldc run" in report.read_text()
+
+
 def test_what_was_used_last_is_kept(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(toolchain, "MOST_KEPT", 2)

@@ -6,11 +6,11 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ldc import pipeline
-from ldc.cli.console import FULL, INTERNAL, answered, silence_stdout
+from ldc.cli.console import FULL, answered, silence_stdout
 from ldc.components import host
 from ldc.components.find import own_files
 from ldc.components.project import Native
@@ -24,10 +24,10 @@ _NO_ROOM = 74
 
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int],
-          orderly: bool = False) -> int:
-    """The status of the work. ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a
-    crash, with the component and its line in C, and OSError when there is no room for what the work
-    writes."""
+          arguments: Sequence[str], orderly: bool = False) -> int:
+    """The status of the work. ``arguments``: of the command, for the report of a fault of ldc itself;
+    ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a crash, with the component
+    and its line in C, and OSError when there is no room for what the work writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics)
     if handler is None:
@@ -45,8 +45,9 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
             if isinstance(error, OSError) and error.errno in FULL:
                 silence_stdout()
                 return _NO_ROOM
-            sys.excepthook(*sys.exc_info())
-            return INTERNAL
+            from ldc.cli.crash import reported  # loads what nobody hopes to need
+
+            return reported(error, arguments)
 
     sys.stdout.flush()
     sys.stderr.flush()

@@ -13,6 +13,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ldc import __version__
+from ldc.cli.console import INTERNAL, say
+from ldc.render import visible
+
+
+def reported(error: Exception, arguments: Sequence[str]) -> int:
+    """One line for the user, everything else into a file for those who mend it. The exit status."""
+    what = " ".join(f"{type(error).__name__}: {error}".split())[:120]
+    path = write_dump(error, arguments)
+    if path is None:
+        say(dump_text(error, arguments))
+    say(
+        f"ldc: internal fault ({visible(what)}); this is a bug in ldc, "
+        f"please report it with {path or 'the text above'}"
+    )
+    return INTERNAL
 
 
 def write_dump(error: BaseException, arguments: Sequence[str]) -> Path | None:
@@ -36,6 +51,13 @@ def dump_text(error: BaseException, arguments: Sequence[str]) -> str:
         f"ldc {__version__}\n"
         f"python {sys.version.split()[0]} on {platform.platform()}\n"
         f"command: ldc {shlex.join(arguments)}\n"
-        f"folder: {os.getcwd()}\n\n"
+        f"folder: {_folder()}\n\n"
         f"{trace}\n{details}"
     )
+
+
+def _folder() -> str:
+    try:
+        return os.getcwd()
+    except OSError as error:  # it was deleted
+        return str(error.strerror)

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 
 from ldc.cli.arguments import make_parser
 from ldc.cli.console import (
-    FULL, INTERNAL, SHOWABLE, USAGE, WRONG, answered, is_terminal, say, silence_stdout
+    FULL, SHOWABLE, USAGE, WRONG, answered, is_terminal, say, silence_stdout
 )
 from ldc.collector import resting
-from ldc.render import visible
 
 INTERRUPTED, BROKEN_PIPE = 130, 141
 """As a shell reports a command that SIGINT or SIGPIPE ended."""
@@ -42,7 +41,9 @@ def main(arguments: Sequence[str]) -> int:
             silence_stdout()
             say(f"ldc: cannot write: {error.strerror}")
             return WRONG
-        return _internal(error, arguments)
+        from ldc.cli.crash import reported  # loads what nobody hopes to need
+
+        return reported(error, arguments)
 
 
 def _open_streams() -> None:
@@ -70,18 +71,3 @@ def _run(arguments: Sequence[str]) -> int:
     with resting():
         command = importlib.import_module(f"ldc.cli.{options.command}")
     return answered(options.command, lambda: command.run(options))
-
-
-def _internal(error: Exception, arguments: Sequence[str]) -> int:
-    """One line for the user, everything else into a file for those who mend it."""
-    from ldc.cli.crash import dump_text, write_dump
-
-    what = " ".join(f"{type(error).__name__}: {error}".split())[:120]
-    path = write_dump(error, arguments)
-    if path is None:
-        say(dump_text(error, arguments))
-    say(
-        f"ldc: internal fault ({visible(what)}); this is a bug in ldc, "
-        f"please report it with {path or 'the text above'}"
-    )
-    return INTERNAL

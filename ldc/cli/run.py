@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     with _opened(options.trace) as file, _opened(options.events) as events:
         return apart(result, bindings,
                      lambda beat: _run(options, sources, result, beat, file, bindings, events),
-                     orderly=options.realtime or options.online)
+                     options.arguments, orderly=options.realtime or options.online)
 
 
 def _opened(target: str | None) -> AbstractContextManager[BinaryIO | None]:
