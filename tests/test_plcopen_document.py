@@ -123,9 +123,9 @@ def test_what_is_written_as_usual_says_what_its_tree_says(
     if place:
         assert (node.usual is None) == ("&" in words or "<!--" in words or bool(more))
     assert node.position == tree.position
-    said = [[(wire.get("refLocalId"), wire.get("formalParameter"), wire.span) for wire in one.wires()]
-            for one in (node, tree)]
-    assert said[0] == said[1]
+    assert node.wires() == tree.wires()
+    assert [wire.whole for wire in node.connections()] == [wire.whole for wire in tree.connections()]
+    assert len(node.wires()) == len(list(node.connections()))
     assert node.words("variable") == tree.words("variable")
     assert (node.end, node.whole, node.flag("negated")) == (len(text) - len("</LD>"), tree.whole, True)
 

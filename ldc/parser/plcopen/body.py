@@ -64,31 +64,47 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
         for element in elements.values():
             if element.kind == "contact" and not element.inputs[0].sources and not element.inputs[0].cut:
                 element.inputs[0].sources = _ON
-    feeds: dict[str, list[tuple[Element, Input]]] = {}
+    used: set[str] = set()
     for element in elements.values():
         if element.kind in ("jump", "return") and not element.inputs[0].sources and not element.inputs[0].cut:
             element.inputs[0].sources = _ON
         for pin in element.inputs:
             if RAIL in pin.sources:  # what is wired beside the rail changes nothing
                 pin.sources = _ON
-                continue
+            else:
+                used.update([id_ for id_, _ in pin.sources])
+    for element in elements.values():
+        if element.kind == "inVariable" and element.id not in used and not drawing.broken:
+            what = f"{drawing.where}: {element.describe()}"
+            findings.loose(diagnostics, element.node.span, what, "is wired to nothing")
+    work = [e for e in elements.values() if _is_unfed(e) or e.kind == "contact" and e.id not in used]
+    if work:
+        _take_out(drawing, work, diagnostics)
+
+
+def _is_unfed(element: Element) -> bool:
+    if element.kind in _UNFED:
+        return False
+    first = element.inputs[0]
+    return not first.sources and first.text is None
+
+
+def _take_out(drawing: Drawing, work: list[Element], diagnostics: Diagnostics) -> None:
+    """Leave out elements that are loose, and what is loose without them."""
+    elements = drawing.elements
+    feeds: dict[str, list[tuple[Element, Input]]] = {}
+    for element in elements.values():
+        for pin in element.inputs:
             for id_, _ in pin.sources:
                 feeds.setdefault(id_, []).append((element, pin))
     users = {id_: len(feeds.get(id_, ())) for id_ in elements}
-    for element in elements.values():
-        if element.kind == "inVariable" and not users[element.id] and not drawing.broken:
-            what = f"{drawing.where}: {element.describe()}"
-            findings.loose(diagnostics, element.node.span, what, "is wired to nothing")
-    work = list(elements.values())
     gone: set[str] = set()
     while work:
         element = work.pop()
         if element.id in gone:
             continue
-        first = element.inputs[0] if element.kind not in _UNFED else None
-        unfed = first is not None and not first.sources and first.text is None
-        unused = element.kind == "contact" and not users[element.id]
-        if not unfed and not unused:
+        unfed = _is_unfed(element)
+        if not unfed and (element.kind != "contact" or users[element.id]):
             continue
         gone.add(element.id)
         why = "is fed by nothing" if unfed else "leads to no coil, block or jump"
@@ -109,23 +125,22 @@ def _drop_loose(drawing: Drawing, diagnostics: Diagnostics) -> None:
 def _together(drawing: Drawing) -> list[list[Element]]:
     """The groups of connected elements, each in drawing order. Groups whose execution numbers interleave
     are one rung, for the order to be kept."""
-    elements = drawing.elements
-    parent = {id_: id_ for id_ in elements}
-
-    def find(id_: str) -> str:
-        while parent[id_] != id_:
-            parent[id_] = id_ = parent[parent[id_]]
-        return id_
-
-    members = [e for e in elements.values() if e.kind not in VALUES]
+    members = [e for e in drawing.elements.values() if e.kind not in VALUES]
+    parts = {e.id: [e] for e in members}
     for element in members:
         for pin in element.inputs:
             for id_, _ in pin.sources:
-                if id_ and elements[id_].kind not in VALUES:
-                    parent[find(element.id)] = find(id_)
-    groups: dict[str, list[Element]] = {}
+                less, more = parts[element.id], parts.get(id_)
+                if more is None or more is less:
+                    continue
+                if len(less) > len(more):
+                    less, more = more, less
+                more += less
+                for moved in less:
+                    parts[moved.id] = more
+    groups: dict[int, list[Element]] = {}
     for element in members:
-        groups.setdefault(find(element.id), []).append(element)
+        groups.setdefault(id(parts[element.id]), []).append(element)
     found: list[list[Element]] = []
     for group in sorted(groups.values(), key=lambda g: g[0].order):
         numbered = [e.order for e in group if e.order[0] == 0]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from html import unescape
 from xml.parsers import expat
 
@@ -150,29 +151,31 @@ class Node:
         at = self.find("position")
         return (at.number("y"), at.number("x")) if at is not None else (0, 0)
 
-    def wires(self) -> Iterator[Node]:
-        """The connections to its input."""
-        if self.usual is None:
-            point = self.find("connectionPointIn")
-            yield from point.all("connection") if point is not None else ()
-            return
-        for found in _CONNECTION.finditer(self.document.source.text, *self.usual.span(usual.WIRES)):
-            id_, pin = found.groups("")
-            plain = {"refLocalId": id_, "formalParameter": pin} if id_ else None
-            start, end = found.span()
-            yield Node(self.document, "connection", start, end, start, plain)
+    def wires(self) -> list[tuple[str, str]]:
+        """The connections to its input: the localId of an element, the name of its output."""
+        if self.usual is not None:
+            found = _CONNECTION.findall(self.document.source.text, *self.usual.span(usual.WIRES))
+            if all([id_ for id_, _ in found]):
+                return found
+        return [(wire.get("refLocalId").strip(), wire.get("formalParameter").strip())
+                for wire in self.connections()]
+
+    def connections(self) -> Iterator[Node]:
+        """The same as elements."""
+        point = self.find("connectionPointIn")
+        return point.all("connection") if point is not None else iter(())
 
     def words(self, tag: str) -> Span | None:
         """The text of a child, or None when there is none."""
         if self.usual is None:
             child = self.find(tag)
             return child.content if child is not None else None
-        start, end = self.usual.span(usual.WORDS) if tag == "variable" else (-1, -1)
-        if start < 0:
+        text = self.usual[usual.WORDS] if tag == "variable" else None
+        if text is None:
             return None
-        text = self.document.source.text[start:end]
-        start += len(text) - len(text.lstrip())
-        return Span(self.document.source, min(start, end), max(start, start + len(text.strip())))
+        start, words = self.usual.start(usual.WORDS), text.strip()
+        start += len(text) - len(text.lstrip()) if len(words) < len(text) else 0
+        return Span(self.document.source, start, start + len(words))
 
     @property
     def span(self) -> Span:
@@ -347,7 +350,20 @@ class Document:
 
 
 def _attributes(head: str) -> dict[str, str]:
-    """The attributes in a start tag."""
+    """The attributes in a start tag. Those of elements of a drawing are often the same but for the localId."""
+    before, _, id_ = head.partition(' localId="')
+    id_, _, behind = id_.partition('"')
+    if not id_.isalnum() or "'" in before:
+        return _parsed(head)
+    return {"localId": id_, **_again(before, behind)}
+
+
+@lru_cache(maxsize=4096)
+def _again(before: str, behind: str) -> dict[str, str]:
+    return _parsed(before + behind)
+
+
+def _parsed(head: str) -> dict[str, str]:
     found = dict(_USUAL.findall(head))
     if 2 * len(found) != head.count('"') or "'" in head or "&" in head or not head.isprintable():
         found = {name: unescape(_BLANK.sub(" ", one or other))

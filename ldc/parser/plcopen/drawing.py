@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
@@ -61,21 +61,18 @@ class OutputPin:
     text: Span | None = None
 
 
-@dataclass(slots=True, eq=False)
 class Element:
-    """``order``: sorts by execution number, then from top to bottom and left to right, then as written."""
+    """``order``: sorts by execution number (None: it has none), then from top to bottom and left to right, then
+    as written, of which ``index`` is the place."""
 
-    id: str
-    node: Node
-    order: tuple[int, ...]
-    inputs: list[Input] = field(default_factory=list)
-    outputs: list[OutputPin] = field(default_factory=list)
-    kind: str = field(init=False)
-    position: tuple[int, int] = field(init=False)
+    __slots__ = ("id", "node", "kind", "position", "order", "inputs", "outputs")
 
-    def __post_init__(self) -> None:
-        self.kind = self.node.tag
-        self.position = self.node.position
+    def __init__(self, id_: str, node: Node, number: int | None, index: int) -> None:
+        self.id, self.node, self.kind = id_, node, node.tag
+        y, x = self.position = node.position
+        self.order: tuple[int, ...] = (1, y, x, index) if number is None else (0, number, index)
+        self.inputs: list[Input] = []
+        self.outputs: list[OutputPin] = []
 
     def describe(self) -> str:
         """What the element is called in messages."""
@@ -122,7 +119,7 @@ class Drawing:
                                      "draw it with contacts, coils and blocks")
         self.has_rail = any(e.kind == "leftPowerRail" for e in self.elements.values())
         self._connect()
-        self.elements = dict(sorted(self.elements.items(), key=lambda item: item[1].order))
+        self.elements = {e.id: e for e in sorted(self.elements.values(), key=attrgetter("order"))}
 
     def _element(self, node: Node, index: int) -> None:
         id_ = node.get("localId").strip()
@@ -133,9 +130,8 @@ class Drawing:
             return
         if node.tag == "block" and "." in node.get("typeName"):
             node = self._without_library(node)
-        element = Element(id_, node, ())
         number = node.number("executionOrderId", -1)
-        element.order = (0, number, index) if number >= self._first else (1, *element.position, index)
+        element = Element(id_, node, number if number >= self._first else None, index)
         if node.tag == "block":
             drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
                      for pin in pins.all("variable")]
@@ -192,33 +188,37 @@ class Drawing:
     def _connect(self) -> None:
         named = {e.node.get("name").strip().upper(): e for e in self.elements.values()
                  if e.kind == "connector"}
+        self._indirect = False
         for element in self.elements.values():
             for pin in element.inputs:
                 pin.sources = frozenset(self._sources(element, pin))
-        self._follow(named)
+        if self._indirect:
+            self._follow(named)
 
-    def _sources(self, element: Element, pin: Input) -> Iterator[Output]:
-        if element.id in self._at_rail:
-            yield RAIL
-        for wire in pin.node.wires():
-            id_ = wire.get("refLocalId").strip()
+    def _sources(self, element: Element, pin: Input) -> list[Output]:
+        """What is wired to an input; notes whether some of it only passes on what another output gives."""
+        found = [RAIL] if element.id in self._at_rail else []
+        for number, (id_, name) in enumerate(pin.node.wires()):
             source = self.elements.get(id_)
-            if source is None and id_ in self.placeholders:
-                continue
-            if source is None:
+            kind = source.kind if source is not None else None
+            if kind == "contact" or kind == "coil":
+                found.append((id_, ""))
+            elif kind == "leftPowerRail":
+                found.append(RAIL)
+            elif kind == "block":
+                output = RAIL if self._always(source, name) else (id_, output_of(source, name))
+                found.append(output)
+                self._indirect |= output != RAIL and all(o.name.upper() != output[1] for o in source.outputs)
+            elif source is not None:
+                found.append((id_, ""))
+                self._indirect |= kind in ("connector", "continuation")
+            elif id_ not in self.placeholders:
                 if id_ not in self._ids:
                     self.broken = True
-                    where = f"{self.where}: {element.describe()}"
+                    where, wire = f"{self.where}: {element.describe()}", list(pin.node.connections())[number]
                     findings.no_such_element(self.diagnostics, wire.span, where, f"the element {id_[:20]}")
                 pin.cut = True
-            elif source.kind == "leftPowerRail":
-                yield RAIL
-            elif source.kind == "block" and self._always(source, wire.get("formalParameter")):
-                yield RAIL
-            elif source.kind == "block":
-                yield id_, output_of(source, wire.get("formalParameter").strip())
-            else:
-                yield id_, ""
+        return found
 
     @cached_property
     def _ids(self) -> set[str]:
@@ -238,7 +238,7 @@ class Drawing:
             return False
         enable = next((pin for pin in block.inputs if pin.name.upper() == "EN"), None)
         wires = enable.node.wires() if enable is not None else ()
-        sources = [self.elements.get(wire.get("refLocalId").strip()) for wire in wires]
+        sources = [self.elements.get(id_) for id_, _ in wires]
         return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
     def _follow(self, named: dict[str, Element]) -> None:
@@ -277,11 +277,6 @@ class Drawing:
                 work.pop()
             return known[output]
 
-        outputs = {output for element in self.elements.values() for pin in element.inputs
-                   for output in pin.sources}
-        if all(output == RAIL or self.elements[output[0]].kind != "continuation" and behind(output) is None
-               for output in outputs):
-            return
         first = {id(pin): frozenset().union(*map(real, pin.sources)) if pin.sources else pin.sources
                  for element in self.elements.values() for pin in element.inputs}
         for element in self.elements.values():

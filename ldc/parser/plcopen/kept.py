@@ -112,7 +112,9 @@ def rungs(holder: Node, drawing: Drawing) -> list[tuple[tuple[int, ...], ast.Run
     """The rungs that are drawn as they were written, from their text, each with the order of its first
     element. Takes their elements out of the drawing."""
     data = own_data(holder, "rungs")
-    listed = [(one, one.get("elements").split()) for one in data.all("rung")] if data is not None else []
+    if data is None:
+        return []
+    listed = [(one, one.get("elements").split()) for one in data.all("rung")]
     nodes = {node.get("localId").strip(): node for node in drawing.body.children}
     known = {id_ for _, ids in listed for id_ in ids}
     if not all(node.get("localId").strip() in known for node in drawing.labels):

@@ -11,9 +11,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import attrgetter
 
 from ldc.parser import ast
 from ldc.parser.plcopen.joining import NOTHING, RAIL, Bare, Edge, Network, edges_of
+from ldc.parser.plcopen.ordering import in_turn
 
 RAIL_NET = ""
 _MOST = 200
@@ -34,57 +36,60 @@ class Step:
     writes: tuple[str, ...] = ()
 
 
-def write(steps: Sequence[Step], ordered: bool) -> tuple[ast.Path, ...]:
-    """The paths of a rung. ``ordered``: everything is fed before it is read, so that the order of the steps
-    is that of their turns; a rung with a loop keeps all its nets and the order of its steps."""
+def write(steps: Sequence[Step]) -> tuple[ast.Path, ...]:
+    """The paths of a rung. Where a loop makes it impossible to feed everything before it is read, the drawing
+    order stays, and the schedule opens the loop (DESIGN section 3, rule 5)."""
+    steps = sorted(steps, key=attrgetter("order"))
     numbers: dict[str | None, int] = {None: NOTHING, RAIL_NET: RAIL}
     shape = tuple([_bare(step, numbers) for step in steps])
-    plan = (_plan if len(steps) <= _MOST else _plan.__wrapped__)(shape, ordered)
+    plan = (_plan if len(steps) <= _MOST else _plan.__wrapped__)(shape)
     return tuple([_path(items, steps, numbers) for items in plan])
 
 
 def _bare(step: Step, numbers: dict[str | None, int]) -> Bare:
-    def number(net: str | None) -> int:
-        return numbers.setdefault(net, len(numbers) - 1)
-
-    item = step.item
+    item, number = step.item, numbers.setdefault
+    head, tail = number(step.head, len(numbers) - 1), number(step.tail, len(numbers) - 1)
     if type(item) is ast.Contact:
-        return Bare(isinstance(item.expr, _OPERANDS), number(step.head), number(step.tail))
+        return Bare(isinstance(item.expr, _OPERANDS), head, tail)
+    reads, writes = (tuple([number(net, len(numbers) - 1) for net in nets]) for nets in (step.reads, step.writes))
     pins = ()
     if type(item) is ast.Block:
-        pins = tuple([number(p.value.name) for p in item.pins if isinstance(p.value, ast.Junction)])
-    return Bare(False, number(step.head), number(step.tail), tuple(map(number, step.reads)),
-                tuple(map(number, step.writes)), pins)
+        pins = tuple([number(p.value.name, len(numbers) - 1) for p in item.pins
+                      if isinstance(p.value, ast.Junction)])
+    return Bare(False, head, tail, reads, writes, pins)
 
 
-# ---- what a shape gives: paths of makers of items, which ask for the steps
+# ---- what a shape gives: paths of numbers of steps and of makers of items, which ask for the steps
 
 _Nets = dict[str | None, int]
-_Item = Callable[[Sequence[Step], _Nets], ast.Item]
+_Item = int | Callable[[Sequence[Step], _Nets], ast.Item]
 _Items = tuple[_Item, ...]
 
 
 @lru_cache(maxsize=1024)
-def _plan(shape: tuple[Bare, ...], ordered: bool) -> tuple[_Items, ...]:
+def _plan(drawn: tuple[Bare, ...]) -> tuple[_Items, ...]:
+    order, is_fed_first = in_turn(drawn)
+    shape = [drawn[number] for number in order]
     edges = edges_of(shape)
     pins = Counter(net for step in shape for net in (*step.reads, *step.writes))
-    if not ordered:
-        return _Writer(shape, edges, pins, {}).paths()
+    if not is_fed_first:
+        return _Writer(drawn, order, edges, pins, {}).paths()
     network = Network(edges, shape, pins)
-    return _Writer(shape, network.joined(), pins, network.at_pins).paths()
+    return _Writer(drawn, order, network.joined(), pins, network.at_pins).paths()
 
 
 def _path(items: _Items, steps: Sequence[Step], numbers: _Nets) -> ast.Path:
-    made = tuple([item(steps, numbers) for item in items])
+    made = tuple([steps[i].item if type(i) is int else i(steps, numbers) for i in items])
     return ast.Path(made, made[0].span)
 
 
 class _Writer:
-    """Edges as paths; nets that need a name get one in the order of the text."""
+    """Edges as paths; nets that need a name get one in the order of the text. ``order``: the number of the step
+    that an edge has at each of its own numbers."""
 
-    def __init__(self, shape: tuple[Bare, ...], edges: list[Edge], pins: Counter[int],
+    def __init__(self, shape: tuple[Bare, ...], order: Sequence[int], edges: list[Edge], pins: Counter[int],
                  at_pins: dict[int, Edge]) -> None:
-        self.shape, self.edges, self.at_pins = shape, edges, at_pins
+        self.shape, self.order, self.edges, self.at_pins = shape, order, edges, at_pins
         self.uses = Counter(net for edge in edges for net in (edge.head, edge.tail) if net > RAIL)
         self.uses.update(pins)
         self.names: dict[int, str] = {}
@@ -114,11 +119,11 @@ class _Writer:
         at = edge.items[0]
         while isinstance(at, list):
             at = at[0].items[0]
-        name = self._name(net)
+        at, name = self.order[at], self._name(net)
         return lambda steps, numbers: ast.Junction(name, steps[at].item.span)
 
     def _items(self, edge: Edge) -> list[_Item]:
-        return [self._branches(i) if isinstance(i, list) else self._item(i) for i in edge.items]
+        return [self._branches(i) if isinstance(i, list) else self._item(self.order[i]) for i in edge.items]
 
     def _branches(self, edges: list[Edge]) -> _Item:
         series = [tuple(self._items(edge)) for edge in sorted(edges, key=lambda e: e.place)]
@@ -132,7 +137,7 @@ class _Writer:
     def _item(self, number: int) -> _Item:
         pins = self.shape[number].pins
         if not pins:
-            return lambda steps, numbers: steps[number].item
+            return number
         drawn = {net: self._at_pin(net) for net in pins}
 
         def block(steps: Sequence[Step], numbers: _Nets) -> ast.Block:

@@ -2,15 +2,12 @@
 
 Inputs name their sources, and several sources mean OR of exactly these. So there is one net per set of
 sources; an output that belongs to several sets has a net of its own, from which a contact `[TRUE]` leads to
-each. Order: the drawing order, brought into one in which everything is fed before it is read; where a loop
-makes that impossible the drawing order stays, and the schedule opens the loop (DESIGN section 3, rule 5).
+each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from heapq import heapify, heappop, heappush
-from operator import attrgetter
+from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -39,11 +36,6 @@ class RungWriter:
         self.steps: list[Step] = []
         self.sets: dict[frozenset[Output], str] = {}
         self.feeds: dict[Output, list[frozenset[Output]]] = {}
-        self.reading: dict[Output, list[Element]] = {}
-        for element in group:
-            for pin in element.inputs:
-                for output in pin.sources:
-                    self.reading.setdefault(output, []).append(element)
         self.failed = False
         self.count = 0
 
@@ -66,7 +58,7 @@ class RungWriter:
         if self.drawing.body.tag == "CFC":
             backwards.tell(self.drawing, self.group, self.diagnostics)
         span = self.group[0].node.span
-        return ast.Rung(name, title, paths.write(*self._ordered()), span, None)
+        return ast.Rung(name, title, paths.write(self.steps), span, None)
 
     # ---- nets
 
@@ -214,7 +206,16 @@ class RungWriter:
             len(self.readers(output)) == 1)
 
     def readers(self, output: Output) -> list[Element]:
-        return self.reading.get(output, [])
+        return self._readers.get(output, [])
+
+    @cached_property
+    def _readers(self) -> dict[Output, list[Element]]:
+        found: dict[Output, list[Element]] = {}
+        for element in self.group:
+            for pin in element.inputs:
+                for output in pin.sources:
+                    found.setdefault(output, []).append(element)
+        return found
 
     def _is_block(self, output: Output) -> bool:
         return output != RAIL and self.drawing.elements[output[0]].kind == "block"
@@ -263,56 +264,6 @@ class RungWriter:
         block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)
         self.add(block, None, None, (net,) if net else (), (new,))
         return new
-
-    # ---- order
-
-    def _ordered(self) -> tuple[list[Step], bool]:
-        """The steps, each behind what feeds it, and True; in drawing order, and False, if a loop forbids."""
-        steps = sorted(self.steps, key=attrgetter("order"))
-        if _is_fed_first(steps):
-            return steps, True
-        feeders: dict[str, int] = {}
-        for step in steps:
-            for net in _fed(step):
-                feeders[net] = feeders.get(net, 0) + 1
-        waiting: dict[str, list[int]] = {}
-        missing = []
-        for index, step in enumerate(steps):
-            nets = {net for net in (step.head, *step.reads) if net in feeders}
-            missing.append(len(nets))
-            for net in nets:
-                waiting.setdefault(net, []).append(index)
-        ready = [index for index, count in enumerate(missing) if not count]
-        heapify(ready)
-        done: list[Step] = []
-        while ready:
-            step = steps[heappop(ready)]
-            done.append(step)
-            for net in _fed(step):
-                feeders[net] -= 1
-                for index in waiting.get(net, ()) if not feeders[net] else ():
-                    missing[index] -= 1
-                    if not missing[index]:
-                        heappush(ready, index)
-        return (done, True) if len(done) == len(steps) else (steps, False)
-
-
-def _is_fed_first(steps: list[Step]) -> bool:
-    """Whether nothing feeds a net that was read before: nearly all rungs are drawn so."""
-    read: set[str | None] = set()
-    for step in steps:
-        read.add(step.head)
-        read.update(step.reads)
-        if step.tail is not None and step.tail in read or step.writes and not read.isdisjoint(step.writes):
-            return False
-    return True
-
-
-def _fed(step: Step) -> Collection[str]:
-    """The nets that a step feeds."""
-    if step.writes:
-        return {net for net in (step.tail, *step.writes) if net is not None}
-    return () if step.tail is None else (step.tail,)
 
 
 _WRITERS = {kind: getattr(RungWriter, f"_{kind}") for kind in (
