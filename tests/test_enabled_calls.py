@@ -35,6 +35,20 @@ END_PROGRAM
         (6, 0, True, 11, 8, False, False, 1, True, True), (6, 0, False, 16, 8, False, False, 1, False, True)]
 
 
+def test_operators_are_called_by_the_names_of_their_inputs(tmp_path: Path) -> None:
+    """As the OpenPLC Editor and Beremiz write the ST of a drawing."""
+    text = """PROGRAM main
+VAR a, b, p, q, r, ok, ok2 : BOOL; END_VAR
+    p := NOT(EN := a, IN := b, ENO => ok);
+    q := NOT(IN := b) OR NOT (a) AND b;
+    r := XOR(EN := b, IN1 := a, IN2 := q, ENO => ok2);
+END_PROGRAM
+"""
+    rows = trace(tmp_path, text, "main.st", [{"a": True}, {"b": True}, {"a": False}], ("p", "q", "r", "ok", "ok2"))
+    assert rows == [(True, True, False, True, False), (False, False, True, True, True),
+                    (False, True, True, False, True)]
+
+
 def test_lists_of_instructions(tmp_path: Path) -> None:
     text = HEAD.format(half="LD x\nDIV 2\nST half\nLD x\nMOD 2\nST rest") + """
     half(EN := a, x := x, rest => z, ENO => ok)
