@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from typing import TYPE_CHECKING
 
-import networkx as nx
+if TYPE_CHECKING:
+    import networkx as nx
 
 Place = tuple[float, ...]
 Wires = Iterable[tuple[str, str]]
@@ -18,6 +20,8 @@ Wires = Iterable[tuple[str, str]]
 def shown(written: Sequence[tuple[str, str]], places: Mapping[str, Place], wires: Wires) -> bool:
     """Whether elements in the order written, each an id and its kind, are evaluated in that order when only
     their places tell it. What feeds an element goes before it in both."""
+    import networkx as nx  # slow to load, and only drawings of `ldc export` need it
+
     kinds = dict(written)
     graph = nx.DiGraph()
     graph.add_nodes_from(kinds)
@@ -31,6 +35,8 @@ def shown(written: Sequence[tuple[str, str]], places: Mapping[str, Place], wires
 
 def _fed_first(graph: nx.DiGraph, turns: Mapping[str, int]) -> Iterable[str]:
     """The order of the turns with everything behind what feeds it, but where a loop forbids that."""
+    import networkx as nx
+
     if nx.is_directed_acyclic_graph(graph):
         return nx.lexicographical_topological_sort(graph, key=turns.__getitem__)
     return sorted(graph, key=turns.__getitem__)
