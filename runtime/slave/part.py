@@ -175,6 +175,11 @@ class SlavePart:
         return executing(self.memory)
 
     @property
+    def waiting(self) -> bool:
+        """A transfer of this slave is open: the master has not taken it yet."""
+        return self._open != 0
+
+    @property
     def wanted(self) -> bool:
         """A transfer is open, on this side or by the master."""
         return self._open != 0 or self.memory.shared.load(self._running) != 0
