@@ -38,13 +38,14 @@ END_PROGRAM
 def test_operators_are_called_by_the_names_of_their_inputs(tmp_path: Path) -> None:
     """As the OpenPLC Editor and Beremiz write the ST of a drawing."""
     text = """PROGRAM main
-VAR a, b, p, q, r, ok, ok2 : BOOL; END_VAR
-    p := NOT(EN := a, IN := b, ENO => ok);
-    q := NOT(IN := b) OR NOT (a) AND b;
-    r := XOR(EN := b, IN1 := a, IN2 := q, ENO => ok2);
+VAR a, b, x, y, z, ok, ok2 : BOOL; END_VAR
+    x := NOT(EN := a, IN := b, ENO => ok);
+    y := NOT(IN := b) OR NOT (a) AND b;
+    z := XOR(EN := b, IN1 := a, IN2 := y, ENO => ok2);
 END_PROGRAM
 """
-    rows = trace(tmp_path, text, "main.st", [{"a": True}, {"b": True}, {"a": False}], ("p", "q", "r", "ok", "ok2"))
+    rows = trace(tmp_path, text, "main.st", [{"a": True}, {"b": True}, {"a": False}],
+                 ("x", "y", "z", "ok", "ok2"))
     assert rows == [(True, True, False, True, False), (False, False, True, True, True),
                     (False, True, True, False, True)]
 
