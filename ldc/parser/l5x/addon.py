@@ -196,7 +196,7 @@ class AddOn:
                 self.context.reading.unsupported(routine.span, "an Add-On Instruction in two languages",
                                                  "write its routines in one")
             text = routine.text.body if routine is not None and routine.text is not None else None
-            bodies.append(Statements(writer.operands, (result,)).read(text) if text is not None else ())
+            bodies.append(Statements(writer, (result,)).read(text) if text is not None else ())
         otherwise = st.Otherwise(bodies[1], span) if bodies[1] else None
         found.append(st.If((st.Arm(enable, bodies[0], span),), otherwise, span))
         return st.StatementBody((*found, result), span)

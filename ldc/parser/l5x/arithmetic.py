@@ -16,7 +16,8 @@ _REAL_FUNCTIONS = {
     "ATN": "ATAN", "ATAN": "ATAN", "LN": "LN", "LOG": "LOG",
 }
 _DEGREES, _RADIANS = 57.29578, 0.017453292
-FUNCTIONS = (*_REAL_FUNCTIONS, "ABS", "SQR", "SQRT", "DEG", "RAD", "TRN", "TRUNC", "TOD", "FRD")
+FUNCTIONS = (*_REAL_FUNCTIONS, "ABS", "SQR", "SQRT", "DEG", "RAD", "TRN", "TRUNC", "TOD", "FRD",
+             "TO_BCD", "BCD_TO")
 
 
 def binary(op: str, left: Value, right: Value, real: bool, support: Support) -> Value:
@@ -113,12 +114,12 @@ def function(name: str, x: Value, span: Span, support: Support) -> Value | None:
         if is_real(type_):
             return Value(call(f"{type_.name}_TRUNC_DINT", span, convert(x, type_)), DINT, span)
         return Value(convert(x, type_), type_, span)
-    if name in ("TOD", "FRD"):
+    if name in ("TOD", "FRD", "TO_BCD", "BCD_TO"):
         return Value(_bcd(name, convert(x, DINT), span), DINT, span)
     return None
 
 
 def _bcd(name: str, x: ast.Expr, span: Span) -> ast.Expr:
-    if name == "TOD":
+    if name in ("TOD", "TO_BCD"):
         return call("DWORD_TO_DINT", span, call("UDINT_TO_BCD_DWORD", span, call("DINT_TO_UDINT", span, x)))
     return call("UDINT_TO_DINT", span, call("DWORD_BCD_TO_UDINT", span, call("DINT_TO_DWORD", span, x)))

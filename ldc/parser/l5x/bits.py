@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING
 from ldc.parser import ast
 from ldc.parser.l5x import arithmetic
 from ldc.parser.l5x.neutral import Instruction
-from ldc.parser.l5x.types import BOOL, is_integer, is_real
-from ldc.parser.l5x.values import Value, boolean, common, convert, literal
+from ldc.parser.l5x.types import BOOL, DINT, LREAL, REAL, is_integer, is_real
+from ldc.parser.l5x.values import Value, boolean, call, common, convert, literal, real_text
 
 if TYPE_CHECKING:
     from ldc.parser.l5x.writer import Writer
 
 _COMPARISONS = {"EQU": "=", "NEQ": "<>", "GRT": ">", "GEQ": ">=", "LES": "<", "LEQ": "<=",
                 "EQ": "=", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
+_WITHOUT_EFFECT = {
+    "NOP": "does nothing", "IOT": "outputs are written at the end of the scan",
+    "UID": "no task interrupts another within a rung", "UIE": "no task interrupts another within a rung",
+}
+_LARGEST = {REAL: 3.4028234663852886e38, LREAL: 1.7976931348623157e308}
 
 
 def _contact(w: Writer, i: Instruction) -> list[ast.Item]:
@@ -80,7 +85,7 @@ def _never(w: Writer, i: Instruction) -> list[ast.Item]:
 
 
 def _nothing(w: Writer, i: Instruction) -> list[ast.Item]:
-    w.reading.left_out(i.span, i.name, "does nothing")
+    w.reading.left_out(i.span, i.name, _WITHOUT_EFFECT[i.name])
     return []
 
 
@@ -119,6 +124,33 @@ def _cmp(w: Writer, i: Instruction) -> list[ast.Item]:
     return [ast.Contact("", value.expr, i.span)]
 
 
+def _special(w: Writer, i: Instruction) -> list[ast.Item]:
+    """IsNAN and IsINF."""
+    value = w.read(i.operands[0], real=True)
+    if value is None:
+        return []
+    if i.name == "ISNAN":
+        return [ast.Contact("", ast.Binary("<>", value.expr, value.expr, i.span), i.span)]
+    if not is_real(value.type):
+        return [w.always(False, i.span)]
+    size = call("ABS", i.span, value.expr)
+    limit = ast.Literal(_LARGEST[value.type], None, real_text(_LARGEST[value.type]), i.span)
+    return [ast.Contact("", ast.Binary(">", size, limit, i.span), i.span)]
+
+
+def _transition(w: Writer, i: Instruction) -> list[ast.Item]:
+    """DTR(source, mask, reference): power for one scan when the masked source has changed."""
+    source, mask, before = w.read(i.operands[0]), w.read(i.operands[1]), w.place(i.operands[2])
+    if source is None or mask is None or before is None:
+        return []
+    if before.type != DINT:
+        w.reading.malformed(i.operands[2], "the reference of DTR is no DINT", help="give it a DINT tag")
+        return []
+    masked = convert(arithmetic.logic("AND", source, mask, i.span), DINT)
+    return [w.block(w.support.use("logix_dtr"), i.span, [("masked", masked), ("before", before.expr)],
+                    "power", "OUT")]
+
+
 def _zero(value: Value) -> Value:
     return literal(0.0 if is_real(value.type) else 0, value.span)
 
@@ -127,7 +159,9 @@ TABLE = {
     "XIC": (1, 1, _contact), "XIO": (1, 1, _contact),
     "OTE": (1, 1, _coil), "OTL": (1, 1, _coil), "OTU": (1, 1, _coil),
     "ONS": (1, 1, _ons), "OSR": (2, 2, _osr), "OSF": (2, 2, _osf),
-    "AFI": (0, 0, _never), "NOP": (0, 0, _nothing),
+    "AFI": (0, 0, _never), "NOP": (0, 0, _nothing), "UID": (0, 0, _nothing), "UIE": (0, 0, _nothing),
+    "IOT": (1, 1, _nothing),
     **dict.fromkeys(_COMPARISONS, (2, 2, _compare)), "LIM": (3, 3, _limit), "LIMIT": (3, 3, _limit),
-    "MEQ": (3, 3, _masked), "CMP": (1, 1, _cmp),
+    "MEQ": (3, 3, _masked), "CMP": (1, 1, _cmp), "DTR": (3, 3, _transition),
+    "ISNAN": (1, 1, _special), "ISINF": (1, 1, _special),
 }

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from ldc.parser import ast
 from ldc.parser.l5x import arithmetic
 from ldc.parser.l5x.neutral import Instruction
-from ldc.parser.l5x.types import BOOL, DINT, LINT, REAL, Structure, Text, is_real
+from ldc.parser.l5x.types import (
+    BOOL, DINT, LINT, LREAL, REAL, WIDTHS, Structure, Text, is_integer, is_real,
+)
 from ldc.parser.l5x.values import Value, as_bits, bits_of, call, convert, from_bits, joined, literal
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 _OPERATORS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "XPY": "**", "EXPT": "**"}
 _LOGIC = ("AND", "OR", "XOR")
+_ORDERS = {"REVERSE": 0, "WORD": 1, "HIGH/LOW": 2}
 _DRAWN = ("ADD", "SUB", "MUL")
 
 
@@ -90,10 +93,38 @@ def _distribute(w: Writer, i: Instruction) -> list[ast.Item]:
     return [w.store(target, Value(call(w.support.use("logix_btd"), i.span, *numbers), DINT, i.span), i.span)]
 
 
+def _swap(w: Writer, i: Instruction) -> list[ast.Item]:
+    """SWPB(source, order, destination); of an INT the two bytes."""
+    source, target, order = w.read(i.operands[0]), w.place(i.operands[2]), i.operands[1].text.upper()
+    if source is None or target is None:
+        return []
+    if order not in _ORDERS or not is_integer(source.type) or WIDTHS[source.type.name] > 32:
+        w.reading.malformed(i.span, f"SWPB cannot reorder {order[:20]} of this",
+                            help="the order is REVERSE, WORD or HIGH/LOW, the source an INT or DINT")
+        return []
+    mode = 2 if WIDTHS[source.type.name] == 16 else _ORDERS[order]
+    number = ast.Literal(mode, None, str(mode), i.span)
+    swapped = Value(call(w.support.use("logix_swap"), i.span, convert(source, DINT), number), DINT, i.span)
+    return [w.store(target, swapped, i.span)]
+
+
+def _angle(w: Writer, i: Instruction) -> list[ast.Item]:
+    y, x, target = w.read(i.operands[0]), w.read(i.operands[1]), w.place(i.operands[2])
+    if y is None or x is None or target is None:
+        return []
+    type_ = LREAL if LREAL in (y.type, x.type) else REAL
+    name = w.support.use("logix_atan2", T=type_.name)
+    value = Value(call(name, i.span, convert(y, type_), convert(x, type_)), type_, i.span)
+    return [w.store(target, value, i.span)]
+
+
 def _clear(w: Writer, i: Instruction) -> list[ast.Item]:
     target = w.place(i.operands[0])
     if target is None:
         return []
+    if isinstance(target.type, Structure):
+        name = w.support.use("logix_clear_one", T=target.type.name)
+        return [w.block(name, i.span, [("place", target.expr)])]
     if isinstance(target.type, Text):
         empty = Value(ast.Literal(b"", None, "''", i.span), Text(1), i.span)
         return [w.store(target, empty, i.span)]
@@ -106,5 +137,5 @@ TABLE = {
     **dict.fromkeys(_OPERATORS, (3, 3, _binary)), **dict.fromkeys(_LOGIC, (3, 3, _logic)),
     **dict.fromkeys(("NEG", "NOT", *arithmetic.FUNCTIONS), (2, 2, _unary)),
     "CPT": (2, 2, _compute), "MOV": (2, 2, _move), "MOVE": (2, 2, _move), "MVM": (3, 3, _masked_move),
-    "BTD": (5, 5, _distribute), "CLR": (1, 1, _clear),
+    "BTD": (5, 5, _distribute), "CLR": (1, 1, _clear), "SWPB": (3, 3, _swap), "ATAN2": (3, 3, _angle),
 }

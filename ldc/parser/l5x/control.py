@@ -48,6 +48,14 @@ def _call(w: Writer, i: Instruction) -> list[ast.Item]:
     return w.routines.call(w, i)
 
 
+def _break(w: Writer, i: Instruction) -> list[ast.Item]:
+    """BRK: the FOR that called this routine ends, and the routine."""
+    if w.routines is None:
+        w.reading.unsupported(i.span, "BRK in an Add-On Instruction", "write the loop in Structured Text")
+        return []
+    return [ast.Coil("S", w.routines.broken(w, i.span), i.span), ast.Jump(w.leave, i.span)]
+
+
 def _parameters(w: Writer, i: Instruction) -> list[ast.Item]:
     """SBR: the caller has put its values into these tags."""
     return []
@@ -62,4 +70,5 @@ def _return(w: Writer, i: Instruction) -> list[ast.Item]:
 TABLE = {
     "JMP": (1, 1, _jump), "LBL": (1, 1, _label), "TND": (0, 0, _end), "MCR": (0, 0, _zone),
     "JSR": (1, None, _call), "SBR": (0, None, _parameters), "RET": (0, None, _return),
+    "BRK": (0, 0, _break),
 }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ldc.parser import ast
 from ldc.parser.l5x import types
 from ldc.parser.l5x.neutral import Instruction
-from ldc.parser.l5x.types import BOOL, DINT, Array, Type
+from ldc.parser.l5x.types import BOOL, DINT, LREAL, REAL, WIDTHS, Array, Type, is_integer, is_real
 from ldc.parser.l5x.values import Value, convert, literal
 from ldc.source import Span
 
@@ -42,6 +42,8 @@ def _copy(w: Writer, i: Instruction) -> list[ast.Item]:
     first, last = _element(w, source), _element(w, target)
     if first.type is None or last.type is None:
         return [w.store(last, first, i.span)]
+    if first.type != last.type and all(is_real(t) or is_integer(t) for t in (first.type, last.type)):
+        return _recast(w, i, source, target, length)
     if first.type != last.type or first.type == BOOL:
         what = "BOOL arrays" if first.type == BOOL else "another type"
         w.reading.unsupported(i.span, f"{i.name} of {what}", f"{_COPY}: use MOV, or copy members one by one")
@@ -63,6 +65,32 @@ def _copy(w: Writer, i: Instruction) -> list[ast.Item]:
     return [w.block(name, i.span, [*numbers, ("source", a[0].expr), ("dest", b[0].expr)])]
 
 
+def _recast(w: Writer, i: Instruction, source: Value, target: Value, length: Value) -> list[ast.Item]:
+    """Numbers of one type to places of another, byte by byte."""
+    gaps: dict[str, str] = {}
+    pins: list[tuple[str, ast.Expr]] = []
+    sides = ((source, "source", "here", "first"), (target, "dest", "there", "into"))
+    for value, side, index, number in sides:
+        found = _array(value)
+        type_ = found[2].element if found is not None else value.type
+        place = f"{side}[{index}]" if found is not None else side
+        width = 64 if type_ == LREAL else 32 if type_ == REAL else WIDTHS[type_.name]
+        string = {8: "BYTE", 16: "WORD", 32: "DWORD", 64: "LWORD"}[width]
+        bits = f"{type_.name}_TO_{string}({place})"
+        key = side.upper()
+        gaps[key] = types.text(found[2] if found is not None else type_)
+        gaps[f"{key}_BYTES"] = str(width // 8)
+        gaps[f"{key}_BITS"] = bits if width == 64 else f"{string}_TO_LWORD({bits})"
+        gaps["SOURCE_COUNT" if side == "source" else "COUNT"] = str(found[2].sizes[0] if found else 1)
+        if side == "dest":
+            whole = "whole" if width == 64 else f"LWORD_TO_{string}(whole)"
+            gaps |= {"PLACE": place, "DEST_VALUE": f"{string}_TO_{type_.name}({whole})"}
+        pins.append((number, found[1] if found is not None else literal(0, i.span).expr))
+        pins.append((side, found[0].expr if found is not None else value.expr))
+    name = w.support.use("logix_recast", T=f"{gaps['SOURCE']} to {gaps['DEST']}", **gaps)
+    return [w.block(name, i.span, [*pins, ("length", convert(length, DINT))])]
+
+
 def _text(type_: Type | None) -> str:
     return types.text(type_) if type_ is not None else "DINT"
 
@@ -72,6 +100,9 @@ def _fill(w: Writer, i: Instruction) -> list[ast.Item]:
     if source is None or target is None or length is None:
         return []
     found = _array(target)
+    element = found[2].element if found is not None else target.type
+    if isinstance(element, types.Structure) and source.number == 0:
+        return _clear(w, i, target, found, element, length)
     if found is None or length.number == 1:
         return [w.store(_element(w, target), source, i.span)]
     array, at, type_ = found
@@ -80,6 +111,17 @@ def _fill(w: Writer, i: Instruction) -> list[ast.Item]:
     pins = [("value", convert(source, type_.element)), ("into", at), ("length", convert(length, DINT)),
             ("cells", array.expr)]
     return [w.block(name, i.span, pins)]
+
+
+def _clear(w: Writer, i: Instruction, target: Value, found: tuple[Value, ast.Expr, Array] | None,
+           element: types.Structure, length: Value) -> list[ast.Item]:
+    """FLL of structures with zeros."""
+    if found is None:
+        return [w.block(w.support.use("logix_clear_one", T=element.name), i.span, [("place", target.expr)])]
+    array, at, type_ = found
+    name = w.support.use("logix_clear", T=element.name, N=str(type_.sizes[0]), ARRAY=types.text(type_),
+                         COUNT=str(type_.sizes[0]))
+    return [w.block(name, i.span, [("into", at), ("length", convert(length, DINT)), ("cells", array.expr)])]
 
 
 def control_of(w: Writer, i: Instruction, at: int) -> tuple[Value, str] | None:
@@ -97,9 +139,10 @@ def control_of(w: Writer, i: Instruction, at: int) -> tuple[Value, str] | None:
     return found[0], found[1].name
 
 
-def _whole_array(
+def whole_array(
     w: Writer, text: Span, name: str, element: Type | None = None,
 ) -> tuple[Value, ast.Expr, Array] | None:
+    """The array that an operand names, or in which it is an element: with the index and the type."""
     value = w.place(text)
     found = None if value is None else _array(value)
     if value is not None and (found is None or element is not None and found[2].element != element):
@@ -110,7 +153,7 @@ def _whole_array(
 
 
 def _load(w: Writer, i: Instruction) -> list[ast.Item]:
-    source, found = w.read(i.operands[0]), _whole_array(w, i.operands[1], i.name)
+    source, found = w.read(i.operands[0]), whole_array(w, i.operands[1], i.name)
     control = control_of(w, i, 2)
     if source is None or found is None or control is None:
         return []
@@ -125,19 +168,18 @@ def _load(w: Writer, i: Instruction) -> list[ast.Item]:
 
 def _unload(w: Writer, i: Instruction) -> list[ast.Item]:
     """What is taken out goes to the destination where the controller says so: under power, at its rise."""
-    found, target = _whole_array(w, i.operands[0], i.name), w.place(i.operands[1])
+    found, target = whole_array(w, i.operands[0], i.name), w.place(i.operands[1])
     control = control_of(w, i, 2)
     if target is None or found is None or control is None:
         return []
     w.start(control[0], ("EU",), True)
     array, at, type_ = found
     element = type_.element
-    if element is None or isinstance(element, Array | types.Structure):
-        w.reading.unsupported(i.span, f"{i.name} of structures", "keep the members in arrays of numbers")
+    if element is None:
         return []
     template = "logix_unload_first" if i.name == "FFU" else "logix_unload_last"
     name = w.support.use(template, T=_text(element), N=str(type_.sizes[0]), ARRAY=types.text(type_),
-                         CONTROL=control[1], NOTHING=_nothing(element))
+                         CONTROL=control[1])
     taken = w.local(f"{i.name.lower()}_taken", types.written(element, i.span), i.span)
     fresh = w.local(f"{i.name.lower()}_done", types.written(BOOL, i.span), i.span)
     block = w.block(name, i.span, [("into", at), ("cells", array.expr), ("control", control[0].expr)],
@@ -148,14 +190,8 @@ def _unload(w: Writer, i: Instruction) -> list[ast.Item]:
     return [ast.Branches(tuple(ast.Path(tuple(items), i.span) for items in levels), i.span)]
 
 
-def _nothing(element: Type) -> str:
-    if isinstance(element, types.Text):
-        return "''"
-    return "FALSE" if element == BOOL else "0.0" if types.is_real(element) else "0"
-
-
 def _shift(w: Writer, i: Instruction) -> list[ast.Item]:
-    found, bit = _whole_array(w, i.operands[0], i.name, DINT), w.read(i.operands[2], hint=BOOL)
+    found, bit = whole_array(w, i.operands[0], i.name, DINT), w.read(i.operands[2], hint=BOOL)
     control = w.structure(i.operands[1], "CONTROL")
     if found is None or control is None or bit is None:
         return []

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ldc.parser import ast
-from ldc.parser.l5x import bits, compute, control, files, loops, process, texts, timing
+from ldc.parser.l5x import bits, compute, control, files, loops, process, tables, texts, timing
 from ldc.parser.l5x.neutral import Instruction
 from ldc.records import record
 
@@ -27,7 +27,7 @@ class Row:
 
 TABLE: dict[str, Row] = {
     name: Row(least, most, write)
-    for module in (bits, timing, compute, control, files, loops, texts, process)
+    for module in (bits, timing, compute, control, files, tables, loops, texts, process)
     for name, (least, most, write) in module.TABLE.items()
 }
 _HELP = {
@@ -49,16 +49,21 @@ def write(writer: Writer, instruction: Instruction) -> list[ast.Item]:
         writer.reading.unsupported(instruction.span, f"instruction {_spelled(instruction)}", _HELP.get(
             name, "write it with instructions that are read; docs/import-l5x.md lists them"))
         return []
+    return written(writer, instruction, (row.least, row.most, row.write))
+
+
+def written(writer: Writer, instruction: Instruction, row: tuple[int, int | None, Write]) -> list[ast.Item]:
+    """What a row of a table makes of an instruction; none when it has not as many operands as it takes."""
+    (least, most, write_), name = row, instruction.name
     given = len(instruction.operands)
     are = "is" if given == 1 else "are"
-    if given < row.least or row.most is not None and given > row.most:
-        wanted = f"{row.least}" if row.most == row.least else (
-            f"{row.least} to {row.most}" if row.most else f"at least {row.least}")
+    if given < least or most is not None and given > most:
+        wanted = f"{least}" if most == least else f"{least} to {most}" if most else f"at least {least}"
         writer.reading.malformed(instruction.span,
                                  f"{name} takes {wanted} operand{'s' if wanted != '1' else ''}, "
                                  f"{given} {are} given", help="check the instruction")
         return []
-    return row.write(writer, instruction)
+    return write_(writer, instruction)
 
 
 def _spelled(instruction: Instruction) -> str:

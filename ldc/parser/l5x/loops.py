@@ -1,5 +1,8 @@
-"""FAL and FSC: an expression for each element of arrays. Each is a POU of its own, since it names tags of the
-program: a FUNCTION_BLOCK without memory, in an Add-On Instruction a FUNCTION."""
+"""FAL and FSC: an expression for each element of arrays; FOR: a routine for each number.
+
+Each is a POU of its own, since it names tags of the program: a FUNCTION_BLOCK without memory, in an Add-On
+Instruction a FUNCTION.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ from ldc.parser.l5x import types
 from ldc.parser.l5x.files import control_of
 from ldc.parser.l5x.neutral import Instruction
 from ldc.parser.l5x.support import templates
-from ldc.parser.l5x.types import BOOL, is_real
-from ldc.parser.l5x.values import Value, boolean, convert
+from ldc.parser.l5x.types import BOOL, is_integer, is_real
+from ldc.parser.l5x.values import Value, boolean, convert, literal
 from ldc.source import Span
 
 if TYPE_CHECKING:
@@ -73,6 +76,53 @@ def _found(inner: Writer, i: Instruction, control: Value | None) -> tuple[st.Sta
     return (st.If((st.Arm(condition.expr, hits, i.span),), None, i.span),)
 
 
+def _for(w: Writer, i: Instruction) -> list[ast.Item]:
+    """FOR(routine, index, first, last, step) under power: the routine for each number, until a BRK in it."""
+    routine = w.routines.routines.get(i.operands[0].text.upper()) if w.routines is not None else None
+    if routine is None:
+        w.reading.malformed(i.operands[0], f"there is no routine `{i.operands[0].text[:40]}` in this program",
+                            help="FOR calls a routine of its own program")
+        return []
+    inner = w.inside()
+    index, first, last, step = (
+        inner.place(text) if at == 0 else inner.read(text) for at, text in enumerate(i.operands[1:]))
+    if None in (index, first, last, step):
+        return []
+    if not is_integer(index.type) or index.whole is not None:
+        w.reading.malformed(i.operands[1], f"`{i.operands[1].text[:40]}` cannot count",
+                            help="give FOR a SINT, INT or DINT tag")
+        return []
+    span, kind = i.span, index.type
+    here, limit, by = index.expr, convert(last, kind), convert(step, kind)
+    call = w.routines.invoke(inner, routine, span)
+    enable, enabled = ast.Name("EN", span), ast.Name("ENO", span)
+    broken = w.routines.broken(inner, span)
+    none, false = literal(0, span).expr, boolean(False, span)
+
+    def both(a: ast.Expr, op: str, sign: str) -> ast.Expr:
+        return ast.Binary("AND", ast.Binary(op, a, none, span), ast.Binary(sign, here, limit, span), span)
+
+    body = (
+        st.Invoke(call.instance, (ast.Argument("EN", boolean(True, span), False, span),), span),
+        st.If((st.Arm(broken, (st.Leave("EXIT", span),), span),), None, span),
+        st.Assign(here, ast.Binary("+", here, by, span), span))
+    going = ast.Binary("OR", both(by, ">=", "<="), both(by, "<", ">="), span)
+    loop = (st.Assign(broken, false, span), st.Assign(here, convert(first, kind), span),
+            st.While(going, body, span, span), st.Assign(broken, false, span))
+    pins = (ast.VarBlock("VAR_INPUT", (), (_flag("EN", span),), span),
+            ast.VarBlock("VAR_OUTPUT", (), (_flag("ENO", span),), span))
+    name = w.context.names.fresh(f"logix_for_{routine.name}")
+    statements = (st.Assign(enabled, enable, span), st.If((st.Arm(enable, loop, span),), None, span))
+    w.context.made.append(ast.Pou("FUNCTION_BLOCK", name, None, None, (*pins, *inner.sections(span)),
+                                  st.StatementBody(statements, span), span, span))
+    instance = w.local(f"for_{routine.name}", ast.NamedType(name, None, span), span)
+    return [w.block(name, span, [], instance=ast.Name(instance, span))]
+
+
+def _flag(name: str, span: Span) -> ast.VarDecl:
+    return ast.VarDecl(name, None, types.written(BOOL, span), None, span, span)
+
+
 def _in_outs(w: Writer, span: Span) -> tuple[ast.VarDecl, ...]:
     """What the logic of an Add-On Instruction works on, to be handed on."""
     found = [ast.VarDecl("self", None, types.written(w.owner, span), None, span, span)] if w.owner else []
@@ -114,4 +164,4 @@ def _put(node: object, names: dict[str, ast.Expr], body: tuple[st.Statement, ...
     return node
 
 
-TABLE = {"FAL": (6, 6, _loop), "FSC": (5, 5, _loop)}
+TABLE = {"FAL": (6, 6, _loop), "FSC": (5, 5, _loop), "FOR": (5, 5, _for)}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from ldc.diagnostics import Diagnostics
 from ldc.parser.foreign import Reading
 from ldc.records import record
 from ldc.source import Span
@@ -12,6 +14,10 @@ from ldc.source import Span
 MAX_DEPTH, MAX_ELEMENTS = 100, 20_000
 _TOKEN = re.compile(r"\s*([A-Za-z_]\w*|[\[\],;(]|\S)")
 _IN_OPERANDS = re.compile(r"[()\[\],]|'(?:[^'$]|\$.)*'|'")
+
+
+_CALLS = re.compile(r"\b(?:JSR|SBR|RET|FOR)\s*\(", re.IGNORECASE)
+_NO_CODE = re.compile(r"//[^\n]*|\(\*.*?\*\)|/\*.*?\*/", re.DOTALL)
 
 
 @record
@@ -46,6 +52,25 @@ def rungs(text: Span, reading: Reading) -> tuple[tuple[tuple[Element, ...], Span
     return tuple(reader.read()) if text.start < text.end else ()
 
 
+def calls(text: Span, reading: Reading) -> Iterator[Instruction]:
+    """The calls of routines in Structured Text, and what it says of its own parameters; nothing is told."""
+    quiet = Reading(reading.source, reading.format, Diagnostics())
+    code = _NO_CODE.sub(lambda match: " " * len(match[0]), text.text)
+    for match in _CALLS.finditer(code):
+        found = call(Span(text.source, text.start + match.start(), text.end), quiet)
+        if found is not None:
+            yield found[0]
+
+
+def call(text: Span, reading: Reading) -> tuple[Instruction, int] | None:
+    """The instruction that a text begins with, and where it ends; None when its operands do not end."""
+    reader = _Reader(text, reading)
+    match = _TOKEN.match(text.source.text, text.start, text.end)
+    reader.at = match.end()
+    found = reader.instruction(match[1], match.start(1))
+    return None if found is None else (found, reader.at)
+
+
 class _Reader:
     def __init__(self, text: Span, reading: Reading) -> None:
         self.text, self.reading = text, reading
@@ -67,7 +92,7 @@ class _Reader:
             start, word = match.start(1), match[1]
             count += 1
             if word[0].isalpha() or word[0] == "_":
-                found = self._instruction(word, start)
+                found = self.instruction(word, start)
                 if found is None:
                     return
                 open_[-1].levels[-1].append(found)
@@ -105,7 +130,7 @@ class _Reader:
     def _wrong(self, at: int, message: str, help: str) -> None:
         self.reading.malformed(self.span(at, at + 1), message, help=help)
 
-    def _instruction(self, word: str, start: int) -> Instruction | None:
+    def instruction(self, word: str, start: int) -> Instruction | None:
         after = _TOKEN.match(self.source.text, self.at, self.text.end)
         if after is None or after[1] != "(":
             return Instruction(word.upper(), (), self.span(start, self.at))

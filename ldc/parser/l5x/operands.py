@@ -10,8 +10,8 @@ from ldc.parser.foreign import Reading
 from ldc.parser.l5x import arithmetic, types
 from ldc.parser.l5x.scope import Externals, Globals, Scope, Tag
 from ldc.parser.l5x.support import Support
-from ldc.parser.l5x.types import BOOL, DINT, Array, Structure, Text, Type, is_integer
-from ldc.parser.l5x.values import Value, boolean, call, literal
+from ldc.parser.l5x.types import BOOL, DINT, SINT, Array, Structure, Text, Type, is_integer
+from ldc.parser.l5x.values import Value, boolean, call, convert, literal
 from ldc.parser.literals import Malformed
 from ldc.parser.literals import literal as iec_literal
 from ldc.source import Span
@@ -25,7 +25,7 @@ _TOKEN = re.compile(BLANK + r"""(?:
   | (?P<string>'(?:[^'$]|\$.)*')
   | (?P<sign>\*\*|<=|>=|<>|:=|\S))""", re.VERBOSE)
 _STEP = re.compile(r"""\s*(?:\.(?P<bit>\d+)(?![\w.]) | \.(?P<name>[A-Za-z_]\w*) | (?P<indirect>\.\[)
-                     | (?P<index>\[))""", re.VERBOSE)
+                     | (?P<index>\[(?!:=)))""", re.VERBOSE)
 _CALLED = re.compile(r"\s*\(")
 _CONSTANT = re.compile(r"\s*(\d+)\s*\]")
 _WORDS = {"MOD": "MOD", "AND": "AND", "OR": "OR", "XOR": "XOR"}
@@ -66,6 +66,10 @@ class Operands:
     def place(self, text: Span, hint: Type | None = None) -> Value | None:
         """An operand that is written."""
         found = self.read(text, hint=hint)
+        if found is not None and not found.place and found.text is not None:
+            self.reading.unsupported(text, f"writing `{text.text[:40]}`",
+                                     "a string is written as a whole: use MOV, CONCAT, INSERT or DELETE")
+            return None
         if found is not None and not found.place:
             self.reading.malformed(text, f"`{text.text[:40]}` cannot be written", help="a tag is needed here")
             return None
@@ -86,9 +90,11 @@ class Operands:
     def member(self, value: Value, name: str, span: Span, depth: int = 0) -> Value:
         type_ = value.type
         if isinstance(type_, Text) and name.upper() == "LEN":
-            return Value(call("LEN", span, value.expr), DINT, span)
+            return Value(call("LEN", span, value.expr), DINT, span, place=True, text=value)
+        if isinstance(type_, Text) and name.upper() == "DATA":
+            return Value(value.expr, Array((type_.length,), SINT), span, text=value)
         if isinstance(type_, Text):
-            self.reading.unsupported(span, f"`.{name}` of a string", "use string instructions")
+            self.reading.malformed(span, f"a string has no member {name[:40]}", help="it has LEN and DATA")
             raise Wrong
         found = type_.members.get(name.upper()) if isinstance(type_, Structure) else None
         if found is not None and found.alias and depth > _MAX_ALIASES:
@@ -359,6 +365,9 @@ class Parser:
         return found
 
     def element(self, value: Value, indexes: list[Value], span: Span) -> Value:
+        if value.text is not None and len(indexes) == 1:
+            name = self.operands.support.use("logix_char", N=str(value.text.type.length))
+            return Value(call(name, span, value.expr, convert(indexes[0], DINT)), SINT, span, text=value.text)
         type_ = value.type.element if isinstance(value.type, Array) else None
         numbers = tuple(i.number for i in indexes)
         way = None
@@ -368,4 +377,5 @@ class Parser:
         expr = ast.Index(value.expr, tuple(i.expr for i in indexes), span)
         one = type_ is not None and len(indexes) == 1
         return Value(expr, type_, span, way=way, place=True, array=value if one else None,
-                     at=indexes[0].expr if one else None)
+                     at=indexes[0].expr if one else None,
+                     whole_array=value if type_ is not None else None)

@@ -6,6 +6,7 @@ between those of the caller, as in the controller.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from ldc.parser import ast
@@ -56,6 +57,8 @@ def routine_of(node: Node, context: Context) -> Routine | None:
     kind = node.get("Type")
     if kind == "ST":
         routine.text = node.find("STContent")
+        if routine.text is not None:
+            _interface(routine, neutral.calls(routine.text.body, reading))
         return routine
     if kind != "RLL":
         reading.unsupported(node.span, f"routine {name} in {kind[:20] or 'an unknown language'}",
@@ -75,14 +78,19 @@ def routine_of(node: Node, context: Context) -> Routine | None:
         if title and not any(elements for elements, _ in found):
             reading.left_out(rung.span, f"a rung of {name} that is only a comment", "it holds no instruction")
     routine.rungs = tuple(drawn)
-    for instruction in (i for rung in drawn for i in instructions(rung.elements)):
+    _interface(routine, (i for rung in drawn for i in instructions(rung.elements)))
+    return routine
+
+
+def _interface(routine: Routine, found: Iterable[Instruction]) -> None:
+    """What the instructions of a routine tell of it to others."""
+    for instruction in found:
         if instruction.name == "SBR" and not routine.takes:
             routine.takes = instruction.operands
         elif instruction.name == "RET" and not routine.gives:
             routine.gives = instruction.operands
-        elif instruction.name == "JSR" and instruction.operands:
+        elif instruction.name in ("JSR", "FOR") and instruction.operands:
             routine.calls.add(instruction.operands[0].text.upper())
-    return routine
 
 
 def rungs_of(writer: Writer, routine: Routine) -> list[ast.Rung]:
@@ -218,7 +226,7 @@ class Program:
         writer = self.writer("FUNCTION_BLOCK")
         enable, enabled = ast.Name("EN", span), ast.Name("ENO", span)
         if routine.text is not None:
-            body: object = Statements(writer.operands).guarded(routine.text, enable, enabled)
+            body: object = Statements(writer).guarded(routine.text, enable, enabled)
         else:
             first = ast.Rung(None, None, (
                 ast.Path((ast.Contact("", enable, span), ast.Coil("", enabled, span)), span),
@@ -265,6 +273,11 @@ class Program:
             if target is not None:
                 items.append(writer.store(target, self._result(writer, routine, at, text), text))
         return items
+
+    def broken(self, writer: Writer, span: Span) -> ast.Expr:
+        """The flag by which BRK ends the FOR that called its routine."""
+        tag = self.context.globals.add(f"break {self.name}".upper(), f"{self.name}_break", BOOL, span)
+        return writer.operands.tag_value(tag, span).expr
 
     def leave(self, writer: Writer, i: Instruction) -> list[ast.Item]:
         """RET: the values go to where the caller takes them, and the routine ends."""

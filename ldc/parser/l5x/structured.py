@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 from ldc.parser import ast
 from ldc.parser import statements as st
-from ldc.parser.l5x.operands import BITS, BLANK, Operands, Parser, Wrong
+from ldc.parser.l5x import neutral
+from ldc.parser.l5x.calls import called
+from ldc.parser.l5x.operands import BITS, BLANK, Parser, Wrong
 from ldc.parser.l5x.types import DINT, Atom, is_real
 from ldc.parser.l5x.values import Value, convert
 from ldc.parser.plcopen.document import Node
 from ldc.source import Span
+
+if TYPE_CHECKING:
+    from ldc.parser.l5x.writer import Writer
 
 MAX_DEPTH = 100
 _WORD = re.compile(BLANK + r"([A-Za-z_]\w*|\[:=\]|:=|\.\.|\S)")
@@ -20,10 +26,10 @@ _ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHI
 
 
 class Statements:
-    """Reads the statements of one POU. ``operands`` knows its tags; ``last`` is done before a RETURN."""
+    """Reads the statements of one POU. ``writer`` knows its tags; ``last`` is done before a RETURN."""
 
-    def __init__(self, operands: Operands, last: tuple[st.Statement, ...] = ()) -> None:
-        self.operands, self.reading, self.last = operands, operands.reading, last
+    def __init__(self, writer: Writer, last: tuple[st.Statement, ...] = ()) -> None:
+        self.writer, self.operands, self.reading, self.last = writer, writer.operands, writer.reading, last
 
     def guarded(self, node: Node, enable: ast.Expr, enabled: ast.Expr) -> st.StatementBody:
         """``ENO := EN; IF EN THEN statements END_IF;``"""
@@ -89,7 +95,29 @@ class Statements:
 
     def statements(self, word: str) -> tuple[st.Statement, ...]:
         """One statement, with what has to be done before it."""
+        if word != "RETURN" and word not in _ENDS and _CALL.match(self.source.text, self.at, self.end):
+            return self.call(word)
         return (*(self.last if word == "RETURN" else ()), self.statement(word))
+
+    def call(self, word: str) -> tuple[st.Statement, ...]:
+        """An instruction: what a rung with power does by it."""
+        found = neutral.call(self.rest(), self.reading)
+        if found is None:
+            raise Wrong
+        instruction, self.at = found
+        statements = called(self.writer, instruction)
+        if statements is None:
+            self.reading.unsupported(instruction.span, f"instruction {word} in Structured Text",
+                                     "call it in a ladder routine")
+            raise Wrong
+        self.expect(";")
+        return tuple(part for one in statements
+                     for part in ((*self.last, one) if isinstance(one, st.Leave) else (one,)))
+
+    def rest(self) -> Span:
+        """From the next word on."""
+        match = _WORD.match(self.source.text, self.at, self.end)
+        return Span(self.source, match.start(1) if match else self.end, self.end)
 
     def statement(self, word: str) -> st.Statement:
         start = self.at
@@ -112,16 +140,12 @@ class Statements:
             span = self.next()
             self.expect(";")
             return st.Leave(word, span)
-        if _CALL.match(self.source.text, start, self.end):
-            self.reading.unsupported(self.next(), f"instruction {word} in Structured Text",
-                                     "call it in a ladder routine")
-            raise Wrong
         target = self.expression()
         sign = self.next()
         if sign.text == "[:=]":
-            self.reading.unsupported(sign, "an assignment that is undone in a prescan", "write :=")
-            raise Wrong
-        if sign.text != ":=" or not target.place:
+            # It differs by this alone: before the first scan the place is 0.
+            self.writer.start(target, (), 0.0 if is_real(target.type) else 0)
+        if sign.text not in (":=", "[:=]") or not target.place:
             self.at = start
             self.complain("this is no statement")
             raise Wrong

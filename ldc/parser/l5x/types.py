@@ -76,10 +76,16 @@ STRING = Text(82)
 _PREDEFINED = {
     "TIMER": {"DINT": "PRE ACC", "BOOL": "EN TT DN", "TIME": "since"},
     "COUNTER": {"DINT": "PRE ACC", "BOOL": "CU CD DN OV UN"},
+    "FBD_TIMER": {"BOOL": "EnableIn TimerEnable Reset EnableOut EN TT DN InstructFault PresetInv",
+                  "DINT": "PRE ACC Status", "TIME": "since"},
+    "FBD_COUNTER": {"BOOL": "EnableIn CUEnable CDEnable Reset EnableOut CU CD DN OV UN",
+                    "DINT": "PRE ACC"},
+    "FBD_ONESHOT": {"BOOL": "EnableIn InputBit EnableOut OutputBit storage"},
     "CONTROL": {"DINT": "LEN POS", "BOOL": "EN EU DN EM ER UL IN FD"},
     "MESSAGE": {"BOOL": "EW ER DN ST EN TO", "DINT": "ERR EXERR REQ_LEN DN_LEN"},
     "PID": {
         "BOOL": "EN CT CL PVT DOE SWM CA MO PE NDF NOBC NOZC INI SPOR OLL OLH EWD DVNA DVPA PVLA PVHA begun",
+        "DINT": "CTL",
         "REAL": "SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL DVP DVN PVDB DVDB MAXI "
                 "MINI TIE MAXCV MINCV MINTIE MAXTIE before before2 sum",
     },

@@ -26,7 +26,8 @@ class Value:
     ``number``: of a literal. ``bit``: it is that bit (an expression) of the integer ``whole``, whose bits the
     ladder language does not name. ``way``: the variable and the constant steps to the place, None when it is
     none or an index is computed. ``place``: whether it can be written. ``array``, ``at``: it is that element
-    of an array of one dimension.
+    of an array of one dimension; ``whole_array``: it is an element of that array. ``text``: it is the length
+    of that string.
     """
 
     expr: ast.Expr
@@ -39,6 +40,8 @@ class Value:
     place: bool = False
     array: Value | None = None
     at: ast.Expr | None = None
+    whole_array: Value | None = None
+    text: Value | None = None
 
 
 def literal(number: int | float, span: Span) -> Value:

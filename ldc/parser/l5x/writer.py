@@ -17,7 +17,7 @@ from ldc.parser.l5x.neutral import Branch, Element, Instruction
 from ldc.parser.l5x.operands import BITS, Operands
 from ldc.parser.l5x.scope import Externals, Globals, Scope
 from ldc.parser.l5x.support import Support
-from ldc.parser.l5x.types import BOOL, Structure, Type, Types, is_structure
+from ldc.parser.l5x.types import BOOL, DINT, Structure, Type, Types, is_structure
 from ldc.parser.l5x.values import Value, boolean, convert, negated
 from ldc.records import record
 from ldc.source import Span
@@ -144,6 +144,10 @@ class Writer:
         """Under power the target becomes the value, converted."""
         if target.whole is not None:
             return self.set_bit(target, span, convert(value, BOOL))
+        if target.text is not None:
+            name = self.support.use("logix_resize", N=str(target.text.type.length))
+            return self.block(name, span, [("source", target.text.expr), ("length", convert(value, DINT))],
+                              outputs=[("OUT", target.text.expr)])
         return self.block("MOVE", span, [("IN", convert(value, target.type))], outputs=[("OUT", target.expr)])
 
     # ---- rungs
