@@ -43,7 +43,7 @@ _ACK_MS, _ACK_MS_ORDINARY = 50, 100
 _ATTEMPTS = 3
 """How often a transfer is tried (SPEC 2.5); a slave that did nothing for as long has been given up."""
 
-_LEAD_NS = 20_000_000
+_LEAD_NS = 50_000_000
 """Between making the processes and the first period of all."""
 
 
