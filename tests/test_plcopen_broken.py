@@ -53,6 +53,7 @@ BOMB = "".join(f'<!ENTITY e{n + 1} "&e{n};&e{n};&e{n};">' for n in range(40))
     (ladder("a : BOOL", rail(), block(3, "NOTHING", {"EN": 1}, ("ENO",)), coil(4, "a", "3.ENO")), "LD0501"),
     (ladder("a : BOOL", rail(), contact(2, "(" * 200 + "a" + ")" * 200), coil(3, "a", 2)), "LD0110"),
     (ladder("a : BOOL", rail(), element("jump", 2, wires(1), label="nowhere")), "LD0515"),
+    (project(types='<dataType name="E"><baseType><enum><values/></enum></baseType></dataType>'), "LD0144"),
 ])
 def test_what_is_wrong_is_told(xml: str, code: str) -> None:
     begin = time.process_time()

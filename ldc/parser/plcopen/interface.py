@@ -149,6 +149,9 @@ def _enum(node: Node, diagnostics: Diagnostics) -> ast.EnumType | None:
             return None
         value = texts.expression(child.attribute("value"), diagnostics) if child.get("value") else None
         values.append((name, value))
+    if not values:
+        findings.malformed(diagnostics, node.span, "an enumeration has no value")
+        return None
     return ast.EnumType(tuple(values), node.whole)
 
 
