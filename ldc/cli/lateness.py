@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from html import escape
 from importlib.util import find_spec
@@ -14,7 +15,7 @@ from runtime.realtime.lateness import Figures
 from runtime.values import milliseconds
 
 _BAR = 40
-_WIDTH, _LEFT, _TOP, _ROW, _HEIGHT, _LABEL = 640, 60, 30, 30, 110, 44
+_WIDTH, _LEFT, _TOP, _ROW, _HEIGHT, _LABEL = 640, 48, 42, 30, 110, 44
 """Of the picture in SVG: its width, margins of a diagram, the room below it for texts, the height of its
 bars, the width of a label."""
 
@@ -76,17 +77,21 @@ def svg(processors: Sequence[Processor]) -> str:
         base = at + _TOP + _HEIGHT
         parts.append(f'<text x="{_LEFT}" y="{at + 20}" class="title">{escape(_title(p))}</text>')
         for n, (low, high, count) in enumerate(rows):
-            height, x = max(_HEIGHT * count / most, bool(count)), _LEFT + n * step
+            # The few that are very late are what matters: heights are logarithms.
+            height = _HEIGHT * math.log2(2 * count) / math.log2(2 * most) if count else 0.0
+            x = _LEFT + n * step
             parts.append(f'<rect x="{x + 1:.1f}" y="{base - height:.1f}" width="{step - 2:.1f}" '
                          f'height="{height:.1f}"><title>{_us(low)} .. {_us(high)} us: {count}</title></rect>')
+            if count:
+                parts.append(f'<text x="{x + step / 2:.1f}" y="{base - height - 3:.1f}" class="count">'
+                             f"{count}</text>")
             if (len(rows) - 1 - n) % told_each == 0:
                 parts.append(f'<text x="{x + step:.1f}" y="{base + 14}">{_us(high)}</text>')
         parts.append(f'<path d="M{_LEFT} {base}H{_WIDTH - _LEFT}"/>')
         parts.append(f'<text x="{_WIDTH - _LEFT + 28}" y="{base + 14}">us</text>')
-        parts.append(f'<text x="{_LEFT - 6}" y="{at + _TOP + 8}" class="count">{most}</text>')
         at = base + _ROW
     style = ("text{font:11px sans-serif;text-anchor:middle}.title{font-size:12px;text-anchor:start}"
-             ".count{text-anchor:end}rect{fill:#4878a8}path{stroke:#333}")
+             ".count{font-size:9px}rect{fill:#4878a8}path{stroke:#333}")
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{_WIDTH}" height="{at}" '
             f'viewBox="0 0 {_WIDTH} {at}"><style>{style}</style><rect width="100%" height="100%" '
             f'style="fill:#fff"/>\n' + "\n".join(parts) + "\n</svg>\n")
@@ -107,7 +112,9 @@ def _png(target: Path, processors: Sequence[Processor]) -> None:
     for axes, p in zip(figure.subplots(len(processors), squeeze=False)[:, 0], processors, strict=True):
         rows = p.figures.rows()
         axes.bar(range(len(rows)), [count for _, _, count in rows], width=0.9)
-        axes.set_xticks([n + 0.5 for n in range(len(rows))], [_us(high) for _, high, _ in rows])
+        axes.set_xticks([n + 0.5 for n in range(len(rows))], [_us(high) for _, high, _ in rows], fontsize=7)
+        axes.set_yscale("log")  # as in `svg`
+        axes.set_ylim(bottom=0.5)
         axes.set_title(_title(p), fontsize=8)
         axes.set_xlabel("lateness, us")
         axes.set_ylabel("periods")
