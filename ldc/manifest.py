@@ -43,6 +43,7 @@ OPENPLC = "project.json"
 _POU_ENDINGS = (".ld", ".fbd", ".st", ".il", ".py", ".cpp")
 
 _NO_SLAVE = re.compile(r"slave(?![1-4]$)\d+")
+_SLAVE, _SLAVES = re.compile(r"slave[1-4]"), 4
 
 Name = Annotated[str, Meta(min_length=1)]
 Role = Literal["master", "slave"]
@@ -302,6 +303,10 @@ def _check_processors(tables: Tables, processors: dict[str, str]) -> None:
         if role == "slave" and _NO_SLAVE.fullmatch(name.lower()):
             tables.wrong(("processors", name), f"`{name}` is no number of a slave",
                          "slave1 to slave4 have that number, a slave of another name the next free one")
+    slaves = [name for name, role in processors.items() if role == "slave"]
+    for name in sorted(slaves, key=lambda name: _SLAVE.fullmatch(name.lower()) is None)[_SLAVES:]:
+        tables.wrong(("processors", name), f"`{name}` is one slave too many: a project has {_SLAVES} at most",
+                     "let another slave execute its algorithms")
 
 
 def _project_files(manifest: Manifest, diagnostics: Diagnostics) -> list[Path]:
