@@ -277,6 +277,8 @@ def test_a_printed_duration_reads_back(nanoseconds: int) -> None:
 @pytest.mark.parametrize("toml, said", [
     ('[processors]\nmain = "master"\nslave9 = "slave"\n', "`slave9` is no number of a slave"),
     ('[processors]\nmain = "master"\nSLAVE0 = "slave"\n', "`SLAVE0` is no number of a slave"),
+    ('[processors]\nmain = "master"\na = "slave"\nb = "slave"\nc = "slave"\nd = "slave"\nslave1 = "slave"\n',
+     "`d` is one slave too many: a project has 4 at most"),
     ('[plant]\nfile = "p.py"\nstep = "1ns"\n', "the plant would step every 1 ns"),
     ('[plant]\nfile = "p.py"\nstep = "999ns"\n', "the plant would step every 999 ns"),
 ])
