@@ -17,6 +17,7 @@ import pytest
 
 from ldc import __version__
 from ldc.cli import crash, main as main_module
+from ldc.cli.console import Failure
 from ldc.cli.main import main
 from ldc.codes import codes
 
@@ -370,6 +371,24 @@ def test_results_are_utf_8_whatever_the_terminal_speaks(tmp_path: Path) -> None:
         command, cwd=tmp_path, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "latin-1"}
     )
     assert "Stänge" in made.stdout.decode("utf-8")
+
+
+def test_a_new_project_is_there_whole_or_not_at_all(ldc, monkeypatch) -> None:
+    from ldc.cli import new
+
+    write, room = new.write_file, iter([True, True, False])
+
+    def full(path: Path, data: bytes) -> None:
+        if not next(room):
+            raise Failure(f"cannot write `{path}`: No space left on device")
+        write(path, data)
+
+    monkeypatch.setattr(new, "write_file", full)
+    assert ldc("new", "plant") == (1, "", "ldc new: cannot write `plant/inputs.csv`: No space left on device\n")
+    assert not Path("plant").exists()
+    monkeypatch.setattr(new, "write_file", write)
+    assert ldc("new", "Übergabe 2")[2] == "made the project `Ubergabe_2` in Übergabe 2\n"
+    assert ldc("new", "") == (2, "", "ldc new: DIR is empty: name a folder\n")
 
 
 @pytest.mark.parametrize("command", [

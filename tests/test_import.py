@@ -199,6 +199,17 @@ def test_only_an_empty_folder_is_filled(tmp_path: Path, capsys) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["plant", "plc.xml"]
 
 
+def test_the_folder_that_one_stands_in_is_filled(tmp_path: Path, monkeypatch) -> None:
+    source = tmp_path / "plc.xml"
+    source.write_text(DRAWN)
+    stood = tmp_path / "here"
+    stood.mkdir()
+    monkeypatch.chdir(stood)
+    assert main(["import", str(source), "-o", "."]) == 0
+    assert (stood / "ldc.toml").exists() and not list(stood.glob(".*"))
+    assert main(["check", "."]) == 0
+
+
 def test_nothing_is_left_when_writing_fails(tmp_path: Path, monkeypatch) -> None:
     def full(*_) -> None:
         raise OSError(28, "No space left on device")

@@ -79,14 +79,21 @@ def _compare(compiled: pipeline.Compiled, sources: Sources) -> None:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """All files, or none: they come to the folder's place when all are there."""
-    temporary = folder.parent / f".{folder.name[:40]}.{secrets.token_hex(8)}"
+    """All files, or none: they come to the folder's place when all are there. An empty folder that is there stays
+    the one it is: somebody may be in it."""
+    there = folder.is_dir()
+    temporary = (folder if there else folder.parent) / f".{folder.name[:40]}.{secrets.token_hex(8)}"
     try:
         try:
             for path, text in texts.items():
                 (temporary / path).parent.mkdir(parents=True, exist_ok=True)
                 (temporary / path).write_text(text, encoding="utf-8")
-            os.replace(temporary, folder)
+            if there:
+                for entry in temporary.iterdir():
+                    os.replace(entry, folder / entry.name)
+                temporary.rmdir()
+            else:
+                os.replace(temporary, folder)
         except BaseException:
             shutil.rmtree(temporary, ignore_errors=True)
             raise
