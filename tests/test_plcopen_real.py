@@ -336,6 +336,23 @@ def test_a_project_has_a_limit_of_statements() -> None:
     assert findings(statements(";" * 300_010)) == ["LD0142 the XML has more than 300,000 statements"]
 
 
+def test_resources_have_names_of_their_own() -> None:
+    def resource(name: str, type_: str) -> str:
+        return (f"<resource name='{name}'><task name='t' interval='T#10ms' priority='1'><pouInstance "
+                f"name='one' typeName='{type_}'/></task></resource>")
+
+    xml = project(pou("<ST>i := i + 1;</ST>", "i : INT"), pou("<ST>i := i + 2;</ST>", "i : INT", name="other"),
+                  instances=f"<configurations><configuration name='c'>{resource('a', 'main')}"
+                            f"{resource('b', 'other')}</configuration></configurations>")
+    configuration, = built(xml).project.files[0].configurations
+    assert [p.name for r in configuration.resources for p in r.programs] == ["one", "b_one"]
+
+
+@pytest.mark.parametrize("kind", ["program", "PROGRAM", "Program"])
+def test_kinds_of_pous_in_any_case(kind: str) -> None:
+    assert run(project(pou("<ST>q := TRUE;</ST>", "q : BOOL", kind=kind)), [{}], "q") == ["1"]
+
+
 # ---- addresses
 
 OF_BEREMIZ = f'<project xmlns:ns1="{NAMESPACE}" '

@@ -14,9 +14,23 @@ _MOST_PRIORITY = 65535
 
 
 def configuration(node: Node, diagnostics: Diagnostics) -> ast.Configuration:
-    resources = tuple(resource(child, diagnostics) for child in node.all("resource"))
+    resources = _apart([resource(child, diagnostics) for child in node.all("resource")])
     name = texts.label(node.get("name"), "configuration")
     return ast.Configuration(name, interface.var_blocks(node, diagnostics), resources, node.whole)
+
+
+def _apart(resources: list[ast.Resource]) -> tuple[ast.Resource, ...]:
+    """Resources whose instances of programs have different names: in TC6 each resource has names of its own.
+    An instance that is called like one of another resource gets the name of its resource before its own."""
+    seen: set[str] = set()
+    found = []
+    for one in resources:
+        programs = tuple(
+            replace(program, name=f"{one.name}_{program.name}") if program.name.upper() in seen else program
+            for program in one.programs)
+        seen.update(program.name.upper() for program in one.programs)
+        found.append(replace(one, programs=programs))
+    return tuple(found)
 
 
 def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:

@@ -37,7 +37,7 @@ from ldc.parser.statements import StatementBody
 from ldc.records import record
 from ldc.source import SourceFile, Span
 
-_KINDS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
+_KINDS = {"program": "PROGRAM", "functionblock": "FUNCTION_BLOCK", "function": "FUNCTION"}
 _NOT_OURS = ("libraryBlocks",)
 """Interfaces of blocks of the editor, in additional data."""
 
@@ -131,7 +131,7 @@ class _Head:
 
 def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
     name = texts.name(node, diagnostics)
-    kind = _KINDS.get(node.get("pouType"))
+    kind = _KINDS.get(node.get("pouType").lower())
     if kind is None:
         findings.malformed(diagnostics, node.span, f"`{node.get('pouType')[:40]}` is no kind of POU",
                            "pouType is program, functionBlock or function")
