@@ -184,7 +184,7 @@ def test_messages_that_wait_are_handled_by_the_program_that_takes_over(tmp_path:
     (folder / "between.ld").write_text(MODULE.format(name="between", mover="MOVER9", number=5))
     run.test(folder)
     run.scans(4)
-    assert run.get("second.starts") == 2 and run.get("second.who") == 1
+    assert run.get("second.starts") == 2 and run.get("second.who") == 2, "by its index in the new program"
     assert [index for _, index, _ in run.units(C_START)] == [0, 1], "what was TRUE before has not risen"
     assert run.violations == []
 

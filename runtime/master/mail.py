@@ -13,6 +13,10 @@ from runtime.protocol.memory import Memory
 from runtime.symbols import Symbol
 
 
+_OF_MODULES = ("START_MODULE", "STOP_MODULE")
+"""Messages of the system whose data are the index of a module."""
+
+
 class Mail:
     """``messages``: those of the system first, each class in ascending order."""
 
@@ -44,9 +48,15 @@ class Mail:
         Of a message that was not there before, what is TRUE now has not risen."""
         known = self._machine.known(symbol.path for symbol in other._flags)
         self._flags = [symbol for symbol in known if symbol is not None]
-        if other._all == self._all:
+        renumbered = self._modules.renumbered(other._modules)
+        stay = all(renumbered.get(life.module.index) == life.module.index for life in other._modules.lives)
+        if other._all == self._all and stay:
             return
-        self._messages.take_over(other._messages)
+
+        def now(message: Message, value: Value | None) -> Value | None:
+            return renumbered[value] if message.system and message.name in _OF_MODULES else value
+
+        self._messages.take_over(other._messages, now)
         before = {message.name.upper() for message in other._sources}
         for message, on in zip(self._sources, self._read(), strict=True):
             if message.name.upper() not in before:

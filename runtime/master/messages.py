@@ -13,6 +13,7 @@ execution.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from enum import Enum
 from struct import Struct
 
@@ -108,10 +109,12 @@ class Messages:
                    | (state & _COUNT) - 1)
         return value
 
-    def take_over(self, other: Messages) -> None:
+    def take_over(self, other: Messages, now: Callable[[Message, Value | None], Value | None]
+                  = lambda message, value: value) -> None:
         """Between two scans, from the messages of the program before, over the same memory: those of the same
         name and the same form of data keep what waits, in its order, and what ``from`` was. What has no room
-        any more is refused as any broadcast."""
+        any more is refused as any broadcast. ``now``: the data of a message in this program; raises
+        LookupError when what it tells of is gone, and the message with it."""
         data = self._memory.data
         kept = {}
         for message, word, mask, form in other._rows:
@@ -124,7 +127,8 @@ class Messages:
             data.store(message.slot, before)
         for message, _, values in rows:
             for value in values:
-                self.broadcast(message, value)
+                with suppress(LookupError):
+                    self.broadcast(message, now(message, value))
 
     def clear(self) -> None:
         """Nothing waits any longer: after an emergency."""

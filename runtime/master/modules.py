@@ -91,6 +91,12 @@ class Modules:
                 bits.set(life.word, life.mask)
                 self._seen[life.word] |= life.mask
 
+    def renumbered(self, other: Modules) -> dict[int, int]:
+        """The indices of the modules that another program had, there and here."""
+        here = {life.module.name.upper(): life.module.index for life in self.lives}
+        names = {life.module.index: life.module.name.upper() for life in other.lives}
+        return {index: here[name] for index, name in names.items() if name in here}
+
     def __getitem__(self, index: int) -> Life:
         return self._by_index[index]
 

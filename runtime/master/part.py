@@ -296,10 +296,11 @@ class MasterPart:
 
     @property
     def told(self) -> tuple[Finding, ...]:
-        """What people are to be told when the run ends: ``findings``, and a step that has waited long."""
-        waits = self.waits
-        late = waits is not None and waits.what.number > 0 and waits.waited_ns > LONG_NS
-        return (*self.findings, waits) if late else tuple(self.findings)
+        """What people are to be told when the run ends: ``findings``, and the steps that have waited long."""
+        waits, long = self.waits, dict(self._waiting.long)
+        if waits is not None and waits.what.number > 0 and waits.waited_ns > LONG_NS:
+            long[waits.what] = waits
+        return *self.findings, *long.values()
 
     @property
     def _sequence_goes_on(self) -> bool:

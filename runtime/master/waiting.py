@@ -14,11 +14,12 @@ LONG_NS = 10_000_000_000
 @record
 class StepWaits:
     """A step waits for ``what``. ``waited_ns``: how long it has waited for its condition, or has lasted.
-    ``fault``: a module stands after a fault, and so does the sequence."""
+    ``fault``: a module stands after a fault, and so does the sequence; ``over``: it has gone on since."""
 
     what: Awaited
     waited_ns: int
     fault: bool = False
+    over: bool = False
 
     @property
     def text(self) -> str:
@@ -28,6 +29,8 @@ class StepWaits:
         if self.fault:
             return f"{step} stands after a fault, until [safety] reset ({long} ms by now)"
         thing = f"`{what.path}`" if what.path else f"module `{what.module}` to end"
+        if self.over:
+            return f"{step} waited {long} ms for {thing}"
         return f"{step} waits for {thing} ({long} ms by now)"
 
     def diagnostic(self) -> Diagnostic:
@@ -38,16 +41,26 @@ class StepWaits:
 
 
 class Waiting:
-    """Looks at the sequence after every scan, and notes when it has gone on."""
+    """Looks at the sequence after every scan, and notes when it has gone on. ``long``: steps that have waited
+    longer than ``LONG_NS`` and have gone on, each once, with its longest time."""
 
-    __slots__ = ("_moves", "_since_ns")
+    __slots__ = ("long", "_moves", "_since_ns", "_looked", "_late")
 
     def __init__(self) -> None:
+        self.long: dict[Awaited, StepWaits] = {}
         self._moves = self._since_ns = 0
+        self._looked, self._late = False, None  # once the limit is passed: what is waited for
 
     def look(self, program: Customised, now_ns: int) -> None:
+        waited = now_ns - self._since_ns
         if program.moves != self._moves:
-            self._moves, self._since_ns = program.moves, now_ns
+            late, self._late = self._late, None
+            if late is not None and (late not in self.long or self.long[late].waited_ns < waited):
+                self.long[late] = StepWaits(late, waited, over=True)
+            self._moves, self._since_ns, self._looked = program.moves, now_ns, False
+        elif waited > LONG_NS and not self._looked:
+            what, self._looked = program.awaited, True
+            self._late = what if what is not None and what.number > 0 else None
 
     def told(self, program: Customised, now_ns: int, fault: bool) -> StepWaits | None:
         """What is waited for now."""
