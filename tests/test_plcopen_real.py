@@ -396,6 +396,17 @@ def test_an_address_that_is_no_place_here_is_left_out(place: str) -> None:
     assert run(xml, [{}, {"x": 3}], "q") == ["0", "1"]
 
 
+@pytest.mark.parametrize("place, type_", [("%MD4", "TIME"), ("%IW2", "REAL"), ("%MB8", "BOOL"),
+                                          ("%QX1.0", "INT")])
+def test_an_address_of_another_size_is_left_out(place: str, type_: str) -> None:
+    ours, other = ("v", place, type_), ("w", f"{place[:2]}B60", "BYTE")
+    assert findings(project(located("<ST>;</ST>", ours, other))) == [
+        f"LD0152 PLCopen XML: the address {place} of `v` is left out"]
+    on = {"%MD4": "%MX16.0", "%IW2": "%IX7.0", "%MB8": "%MW4", "%QX1.0": "%QX2.7"}[place]
+    both = located("<ST>;</ST>", ours, ("z", on, "INT" if "W" in on else "BOOL"))
+    assert [found[:6] for found in findings(project(both))] == ["LD0212"]
+
+
 @pytest.mark.parametrize("type_, value_, gives", [
     ("string", "abc", 3), ("string", "it's $5", 7), ("string", "'abc'", 3), ("wstring", "hello", 5),
     ("string", "&quot;a&quot;", 3)])

@@ -9,12 +9,13 @@ has no address.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import findings
+from ldc.types import ELEMENTARY, Elementary
 
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.([0-7]))?\Z")
 _BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
@@ -33,15 +34,19 @@ Blocks = tuple[ast.VarBlock, ...]
 
 def mended(blocks: Iterable[Blocks], reading: Reading) -> Callable[[Blocks], Blocks]:
     """What makes the sections of a file right; ``blocks`` are all of them."""
-    found = {v.location for group in blocks for block in group for v in block.variables if v.location}
+    found = [v for group in blocks for block in group for v in block.variables if v.location]
     if not found:
         return lambda group: group
     apart = _APART.search(reading.source.text, 0, _HEAD) is not None
-    return changed(moves(found, [reading.source.text]) if apart else {}, reading)
+    moved = moves({v.location for v in found}, [reading.source.text]) if apart else {}
+    return changed(moved, reading, _other_sizes(found))
 
 
-def changed(moved: Mapping[str, str], reading: Reading) -> Callable[[Blocks], Blocks]:
-    """What gives variables their new addresses, and takes those that name no place."""
+def changed(
+    moved: Mapping[str, str], reading: Reading, other_sizes: Set[str] = frozenset()
+) -> Callable[[Blocks], Blocks]:
+    """What gives variables their new addresses, and takes those that name no place, or are of one of the
+    ``other_sizes``: places of one variable each, whose type has another size."""
 
     def variable(declared: ast.VarDecl) -> ast.VarDecl:
         place = declared.location
@@ -50,6 +55,10 @@ def changed(moved: Mapping[str, str], reading: Reading) -> Callable[[Blocks], Bl
         if _without(place):
             reading.left_out(declared.span, f"the address {place} of `{declared.name}`",
                              "it names no place of the image")
+            return replace(declared, location=None)
+        if place in other_sizes:
+            reading.left_out(declared.span, f"the address {place} of `{declared.name}`",
+                             f"the place has another size than {declared.type.name}")
             return replace(declared, location=None)
         if place not in moved:
             return declared
@@ -69,6 +78,27 @@ def _without(place: str) -> bool:
     if match is None or ((match[2] or "X") == "X") != (match[4] is not None):
         return True
     return match[1] == "M" and int(match[3]) * max(_BYTES[match[2] or "X"], 1) >= _FAR
+
+
+def _other_sizes(variables: Iterable[ast.VarDecl]) -> frozenset[str]:
+    """The addresses of elementary types of another size (`%MD4 : TIME`, `%IW2 : REAL`), which some editors
+    take for the first byte of a variable; without those where it would lie on another variable."""
+    ends: dict[str, list[tuple[int, int]]] = {}
+    found: list[tuple[str, str, int, int]] = []
+    for variable in variables:
+        match = _ADDRESS.match(variable.location)
+        if match is None:
+            continue
+        width = _BYTES[match[2] or "X"]
+        start = int(match[3]) * max(width, 1)
+        type_ = ELEMENTARY.get(variable.type.name.upper()) if isinstance(variable.type, ast.NamedType) else None
+        bits = type_.bits if isinstance(type_, Elementary) else width * 8 or 1
+        end = start + max(bits // 8, 1, width)
+        ends.setdefault(match[1], []).append((start, end))
+        if bits != (width * 8 or 1):
+            found.append((variable.location, match[1], start, end))
+    return frozenset(place for place, area, start, end in found
+                     if sum(other < end and start < last for other, last in ends[area]) == 1)
 
 
 def moves(places: Iterable[str | None], texts: Iterable[str]) -> dict[str, str]:
