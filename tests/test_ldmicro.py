@@ -36,6 +36,35 @@ def trace(rungs: str | tuple[str, ...], states: str, watch: str, **more: str) ->
     return " ".join(run(project(*rungs, **more), PATH, [{"Xa": int(s)} for s in states], watch))
 
 
+# ---- digits, displays, buses, registers
+
+@pytest.mark.parametrize(("rung", "given_", "expected"), [
+    ("BIN2BCD a b", 1234, 0x1234), ("BCD2BIN a b", 0x1234, 1234), ("BIN2BCD n b", 59, 0x59),
+    ("BCD2BIN a n", 0x59, 59), ("OPPOSITE a b", 0x0003, 0xC000 - 0x10000),
+    ("OPPOSITE n n", 0x03, 0xC0 - 0x100),
+    ("7SEGMENTS a b C", 4, 0x66), ("7SEGMENTS a b A", 4, 0x99), ("7SEGMENTS a b C", 20, 0xE6),
+    ("7SEGMENTS a b C", ord("7"), 0x07), ("7SEGMENTS a b C", ord("*"), 0), ("7SEGMENTS a b C", 200, 0),
+    ("BUS a b 0 5 7 2 1 3 4 6", 0b101, 0b1001000), ("BUS n #PORTD 7 6 5 4 3 2 1 0", -3, -3),
+])
+def test_digits_and_bits(rung: str, given_: int, expected: int) -> None:
+    target, source = rung.split()[1:3]
+    found = run(project(rung, sizes="1 bytes n,1 bytes #PORTD"), PATH, [{source.strip("#"): given_}],
+                target.strip("#"))
+    assert found == [str(expected)]
+
+
+def test_what_lies_on_buses_is_a_variable() -> None:
+    rungs = ("CONTACTS Xa 0; I2C_WR I2C1 7 - Master 0x68 2 MSB 100000;"
+             "I2C_RD I2C1 - sec Master 0x68 2 MSB 100000",
+             "SPI SPI1 sec b Master 0 8 MSB 100000; MOVE #PORTB b; COIL Ya 0 0 0 0")
+    rows = [{"Xa": 0, "SPI1_in": 5}, {"Xa": 1}, {"Xa": 0}]
+    assert run(project(*rungs), PATH, rows, "sec I2C1_68h_2 SPI1_out b PORTB Ya") == [
+        "0 0 0 5 5 1", "7 7 7 5 5 1", "7 7 7 5 5 1"]
+    told = [r for r in remarks(compiled(project(*rungs), PATH)) if r[1] == "#PORTB"]
+    assert told == [("mapped", "#PORTB", "a variable PORTB: the pins of a port are variables of their own, "
+                     "which do not follow it"), ("renamed", "#PORTB", "PORTB")]
+
+
 # ---- contacts, coils, one-shots
 
 
@@ -402,9 +431,13 @@ def test_names_differ_by_case() -> None:
 
 
 @pytest.mark.parametrize(("rung", "message"), [
-    ("SPI SPI1 a b Master 0 8 MSB 100000", "LD0151 LDmicro: the instruction SPI is not supported"),
+    ("SPI_WR SPI1 a - Master 0 8 MSB 100000", "LD0151 LDmicro: the instruction SPI_WR is not supported"),
+    ("I2C_RD I2C1 - a Master b 0 MSB 100000",
+     "LD0151 LDmicro: I2C_RD at an address that a variable holds is not supported"),
+    ("BUS a b 0 1 2 3 4 5 6 16", "LD0150 LDmicro: BUS needs eight bits of a, 0 to 15"),
+    ("7SEGMENTS a b X", "LD0150 LDmicro: the common pin of a display is C or A, not `X`"),
     ("STEPPER s 1 1 1 1 Yq", "LD0151 LDmicro: the instruction STEPPER is not supported"),
-    ("MOVE #PORTB 1", "LD0151 LDmicro: `#PORTB` as a variable is not supported"),
+    ("MOVE #PORTB[2] 1", "LD0151 LDmicro: `#PORTB[2]` as a variable is not supported"),
     ("CONTACTS ROverflowFlagV 0 0;COIL Yq 0 0 0 0",
      "LD0151 LDmicro: the overflow flag `ROverflowFlagV` is not supported"),
     ("MOVE n", "LD0150 LDmicro: MOVE has 1 of 2 operands"),

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from ldc.parser.ldmicro.context import Context, as_integer, as_string, bypass, converted
 from ldc.parser.ldmicro.text import Leaf
-from ldc.parser.ldmicro.variables import INT, STRINGS, Variable, number, wider
+from ldc.parser.ldmicro.variables import BITS, INT, STRINGS, Variable, number, wider
 
 _MAX_TABLE = 1_000
+_DIGITS = (0x3F, 0x06, 0x5B, 0x4F, 0x66, 0x6D, 0x7D, 0x07, 0x7F, 0x6F, 0x77, 0x7C, 0x39, 0x5E, 0x79, 0x71)
+_SIGNS = {"-": 0x40, "_": 0x08, "=": 0x48} | {f"{n:X}": code for n, code in enumerate(_DIGITS)}
+_SEGMENTS = (*_DIGITS, *(code | 0x80 for code in _DIGITS),
+             *(_SIGNS.get(chr(n), 0) for n in range(32, 96)))
+"""Segments of digits, digits with a dot, and the characters of ASCII that look like a digit or a line."""
 
 
 def move(context: Context, leaf: Leaf) -> str:
@@ -62,6 +67,64 @@ def swap(context: Context, leaf: Leaf) -> str:
         context.reading.unsupported(leaf.span, "SWAP of other than two bytes", "use shifts and OR")
         return ""
     return context.move(as_integer(f"ROL({as_string(a, type_)}, 8)", type_), type_, target)
+
+
+def decimal(context: Context, leaf: Leaf) -> str:
+    """BIN2BCD and BCD2BIN: four bits for each decimal digit."""
+    target = context.integer(leaf.args[0], leaf)
+    value = context.operand(leaf.args[1], "DINT", leaf)
+    text = (f"DWORD_TO_DINT(UDINT_TO_BCD_DWORD(DINT_TO_UDINT({value})))" if leaf.word == "BIN2BCD"
+            else f"UDINT_TO_DINT(DWORD_BCD_TO_UDINT({_unsigned(context, leaf.args[1], leaf)}))")
+    return context.move(text, "DINT", target)
+
+
+def _unsigned(context: Context, text: str, leaf: Leaf) -> str:
+    """An operand as DWORD, filled with zeros, as a pattern of bits is."""
+    type_ = context.operand_type(text, leaf)
+    if type_ is None:
+        return f"DWORD#{(number(text) or 0) % (1 << 32)}"
+    own = as_string(context.integer(text, leaf).name, type_)
+    return own if type_ == "DINT" else f"{STRINGS[type_]}_TO_DWORD({own})"
+
+
+def opposite(context: Context, leaf: Leaf) -> str:
+    """The bits in the other order, as many as the source has."""
+    target = context.integer(leaf.args[0], leaf)
+    type_ = context.operand_type(leaf.args[1], leaf) or target.type
+    function = context.supporting("opposite", type=type_, string=STRINGS[type_], width=BITS[type_])
+    return context.move(f"{function}({context.operand(leaf.args[1], type_, leaf)})", type_, target)
+
+
+def bus(context: Context, leaf: Leaf) -> str:
+    """BUS target source b7 ... b0: bit n of the source goes to bit ``bn`` of the target."""
+    target = context.integer(leaf.args[0], leaf)
+    places = [number(text) for text in leaf.args[2:10]]
+    if None in places or not all(0 <= place < BITS[target.type] for place in places):
+        context.reading.malformed(leaf.span, f"BUS needs eight bits of {leaf.args[0][:40]}, 0 to "
+                                             f"{BITS[target.type] - 1}")
+        return ""
+    source = _unsigned(context, leaf.args[1], leaf)
+    parts = []
+    for bit, place in zip(range(7, -1, -1), places, strict=True):
+        one = f"({source} AND DWORD#{1 << bit})"
+        name = "SHL" if place > bit else "SHR"
+        parts.append(one if place == bit else f"{name}({one}, {abs(place - bit)})")
+    return context.move(f"DWORD_TO_DINT({' OR '.join(parts)})", "DINT", target)
+
+
+def segments(context: Context, leaf: Leaf) -> str:
+    """7SEGMENTS target source C|A: the segments of a digit; bit 0 is segment a, bit 6 is g, bit 7 the dot."""
+    target, common = context.integer(leaf.args[0], leaf), leaf.args[2].upper()
+    if common not in ("A", "C"):
+        context.reading.malformed(leaf.span, f"the common pin of a display is C or A, not `{common[:20]}`")
+        return ""
+    codes = [code if common == "C" else code ^ 0xFF for code in _SEGMENTS]
+    table = context.added(f"segments_{common}", f"ARRAY [0..{len(codes) - 1}] OF INT", leaf,
+                          "segments of the digits 0 to F, with a dot from 16 on; of the signs of ASCII",
+                          f"[{', '.join(map(str, codes))}]", f"segments {common}")
+    index = context.operand(leaf.args[1], "DINT", leaf)
+    inside = f"[{index} >= 0] [{index} < {len(codes)}]"
+    return bypass(f"{inside} {context.move(f'{table}[{index}]', INT, target)}")
 
 
 def one_bit(context: Context, leaf: Leaf) -> str:

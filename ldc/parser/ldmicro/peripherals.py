@@ -42,6 +42,38 @@ def persist(context: Context, leaf: Leaf) -> str:
     return ""
 
 
+# ---- buses
+
+def i2c(context: Context, leaf: Leaf) -> str:
+    """I2C_RD and I2C_WR bus send recv mode address register ...: a register of a device is a variable."""
+    bus, send, receive, _, address, register = leaf.args[:6]
+    where = number(address), number(register)
+    if None in where:
+        context.reading.unsupported(leaf.span, f"{leaf.word} at an address that a variable holds",
+                                    "write the address and the register as numbers")
+        return ""
+    place = context.added(f"{bus}_{where[0]:x}h_{where[1]}", INT, leaf,
+                          f"register {where[1]} of the device at {address} on {bus}")
+    context.reading.remark("mapped", f"{leaf.word} {bus} {address} {register}", place, leaf.span)
+    if leaf.word == "I2C_RD":
+        return context.move(place, INT, context.integer(receive, leaf))
+    return _sent(context, leaf, send, place)
+
+
+def spi(context: Context, leaf: Leaf) -> str:
+    """SPI bus send recv ...: a byte goes out and one comes in."""
+    bus, send, receive = leaf.args[:3]
+    out = context.added(f"{bus}_out", INT, leaf, f"what was sent over {bus}")
+    source = context.added(f"{bus}_in", INT, leaf, f"what comes over {bus}")
+    context.reading.remark("mapped", f"SPI {bus}", f"sets {out}, copies {source}", leaf.span)
+    return f"{_sent(context, leaf, send, out)} {context.move(source, INT, context.integer(receive, leaf))}"
+
+
+def _sent(context: Context, leaf: Leaf, text: str, place: str) -> str:
+    type_ = context.operand_type(text, leaf) or INT
+    return f"<MOVE(IN := {converted(context.operand(text, type_, leaf), type_, INT)}, OUT => {place})>"
+
+
 # ---- the serial port
 
 

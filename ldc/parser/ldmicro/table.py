@@ -29,10 +29,13 @@ HANDLERS: dict[str, tuple[int, Handler]] = {
     "NEG": (2, numbers.negation), "NOT": (2, numbers.bitwise),
     **dict.fromkeys(("AND", "OR", "XOR"), (3, numbers.bitwise)),
     **dict.fromkeys(("SHL", "SR0", "ROL", "ROR"), (3, numbers.shift)), "SHR": (3, numbers.shift_right),
+    "BIN2BCD": (2, numbers.decimal), "BCD2BIN": (2, numbers.decimal), "OPPOSITE": (2, numbers.opposite),
+    "BUS": (10, numbers.bus), "7SEGMENTS": (3, numbers.segments),
     "SWAP": (2, numbers.swap), **dict.fromkeys(("SET_BIT", "CLEAR_BIT"), (2, numbers.one_bit)),
     "SHIFT_REGISTER": (2, numbers.shift_register), "LOOK_UP_TABLE": (4, numbers.look_up),
     "PIECEWISE_LINEAR": (3, numbers.piecewise),
     "READ_ADC": (1, peripherals.read_adc), "SET_PWM": (2, peripherals.set_pwm),
+    "I2C_RD": (6, peripherals.i2c), "I2C_WR": (6, peripherals.i2c), "SPI": (3, peripherals.spi),
     "PERSIST": (1, peripherals.persist), "UART_RECV": (1, peripherals.uart_receive),
     "UART_SEND": (1, peripherals.uart_send), "UART_RECV_AVAIL": (0, peripherals.uart_available),
     **dict.fromkeys(("UART_SEND_READY", "UART_SEND_BUSY", "UART_UDRE"), (0, peripherals.uart_ready)),
@@ -43,7 +46,8 @@ END_OF_RUNG = frozenset("""
     LOOK_UP_TABLE PIECEWISE_LINEAR PERSIST MOVE""".split())
 """Behind a PARALLEL with one of these, power is what it was before."""
 STAY_SAME = END_OF_RUNG | frozenset(
-    "SET_BIT CLEAR_BIT SHL SHR SR0 ROL ROR AND OR XOR NOT NEG SWAP".split())
+    "SET_BIT CLEAR_BIT SHL SHR SR0 ROL ROR AND OR XOR NOT NEG SWAP BIN2BCD BCD2BIN OPPOSITE BUS "
+    "7SEGMENTS".split())
 """They only compute: as a branch they give no power."""
 LEAVING = ("GOTO", "RETURN")
 HARMLESS = frozenset((*LEAVING, *"""

@@ -19,6 +19,7 @@ BIT, SINT, INT, DINT = "BOOL", "SINT", "INT", "DINT"
 BITS = {SINT: 8, INT: 16, DINT: 32}
 STRINGS = {SINT: "BYTE", INT: "WORD", DINT: "DWORD"}
 _NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
+_REGISTER = re.compile(r"#[A-Za-z]\w*\Z", re.ASCII)
 _NUMBER = re.compile(r"([+-]?)(0[xX][0-9A-Fa-f]{1,16}|0[bB][01]{1,64}|0[oO][0-7]{1,22}|\d{1,18})\Z")
 _CHARACTER = re.compile(r"'(\\?)(.)'\Z", re.DOTALL)
 _ESCAPES = {"a": 7, "b": 8, "e": 27, "f": 12, "n": 10, "r": 13, "t": 9, "v": 11}
@@ -108,6 +109,9 @@ class Variables:
                 self.reading.unsupported(
                     span, f"{_SYSTEM[foreign]} `{foreign}`", "compare the operands instead"
                 )
+            elif _REGISTER.match(foreign):
+                self.reading.remark("mapped", foreign, f"a variable {foreign[1:]}: the pins of a port are "
+                                    "variables of their own, which do not follow it", span)
             elif not _NAME.match(foreign):
                 self.reading.unsupported(
                     span, f"`{foreign[:40]}` as a variable",
