@@ -184,7 +184,7 @@ def test_contacts_and_coils(rung: str, expected: str) -> None:
     ("[scaled(valve := 2) > re] (a)", "did you mean `value`?"),
     ("[scaled(value := 2, value := 3) > re] (a)", "LD0506 [value := 3]"),
     ("[both(a, n => b)] (c)", "LD0514 [n => b]"),
-    ("[main.a] (c)", "LD0405 [main] `main` is no variable | variables that several programs use"),
+    ("[main] (c)", "LD0405 [main] `main` is no variable | variables that several programs use"),
     ("[TON(a)] (c)", "LD0502"),
     ("[main(a)] (c)", "LD0502"),
     ("[scald(1) > re] (a)", "did you mean `scaled`?"),

@@ -114,14 +114,14 @@ def test_a_keyword_with_a_slip_is_guessed(text: str, word: str) -> None:
     ("PROGRAM p END_PROGRAM and more", ["LD0115 `and` stands outside of any program"]),
     ("PROGRAM p RUNG [a] (q) VAR a : BOOL; END_VAR END_PROGRAM",
      ["LD0121 declarations stand before the body"]),
-    ("PROGRAM p VAR {x} a : BOOL; END_VAR END_PROGRAM", ["LD0118 there are no pragmas in this language"]),
+    ("PROGRAM p VAR {x} a : BOOL; END_VAR END_PROGRAM", ["LD0118 this pragma is not understood"]),
     ("PROGRAM p x := 5; END_PROGRAM", ["LD0101 expected RUNG or END_PROGRAM, found `x`"]),
     ("PROGRAM p VAR at : BOOL; int : INT; END_VAR END_PROGRAM",
      ["LD0116 `at` is a reserved word", "LD0116 `int` is a reserved word"]),
     ("CONFIGURATION c TASK t (INTERVAL := T#1s); END_CONFIGURATION",
      ["LD0101 expected RESOURCE or END_CONFIGURATION, found `TASK`"]),
-    ("FUNCTION f VAR_INPUT a : INT; END_VAR END_FUNCTION",
-     ["LD0101 expected `:` after `f`, found `VAR_INPUT`"]),
+    ("FUNCTION f : VAR_INPUT a : INT; END_VAR END_FUNCTION",
+     ["LD0101 expected a type after `:`, found `VAR_INPUT`"]),
 ])
 def test_a_wrong_file(text: str, codes: list[str]) -> None:
     assert findings(text) == codes

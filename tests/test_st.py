@@ -134,7 +134,7 @@ def test_ladders_and_statements_call_one_another() -> None:
     ("IF x THEN y := z; END_IF; WHILE t DO q := 5; END_WHILE;", ["LD0401", "LD0404", "LD0405", "LD0402"]),
     ("CASE x OF 1: ; 70000: ; 2, 1: ; END_CASE;", ["LD0402", "LD0420"]),
     ("x := t; t := x; q(); nix(3); x := t(IN := q);", ["LD0403", "LD0403", "LD0405", "LD0501", "LD0502"]),
-    ("{pragma} x := 1; RUNG [q] (p)", ["LD0101", "LD0131"]),
+    ("{pragma} x := 1; RUNG [q] (p)", ["LD0118", "LD0131"]),
 ])
 def test_wrong_statements_are_told_each(body: str, expected: list[str]) -> None:
     assert codes(body) == expected

@@ -123,7 +123,7 @@ def notes_of(pou: ast.Pou, comments: Iterable[ast.Comment] = ()) -> dict[str, tu
 
 def comment_text(text: str) -> str:
     """A comment without its delimiters, on one line."""
-    body = text[2:-2] if text.startswith("(*") else text[2:]
+    body = text[2:-2] if text.startswith(("(*", "/*")) else text[2:]
     return " ".join(body.split())
 
 

@@ -20,6 +20,7 @@ KINDS = {
     "VAR": "local", "VAR_INPUT": "input", "VAR_OUTPUT": "output", "VAR_IN_OUT": "in_out",
     "VAR_TEMP": "temp", "VAR_EXTERNAL": "external", "VAR_GLOBAL": "global",
 }
+_KEPT = frozenset(("RETAIN", "PERSISTENT"))
 _PINS = frozenset(("input", "output", "in_out"))
 _FUNCTION_PINS = frozenset(("EN", "ENO", "OUT"))
 
@@ -78,7 +79,7 @@ class Frame:
         elif not self.kind and block.kind != "VAR_GLOBAL":
             findings.not_allowed_here(diagnostics, block.span, f"{block.kind} outside of a POU",
                                       "belongs into a POU", "write VAR_GLOBAL")
-        elif "CONSTANT" in block.qualifiers and KINDS[block.kind] in _PINS | {"temp"}:
+        elif "CONSTANT" in block.qualifiers and KINDS[block.kind] in ("output", "in_out", "temp"):
             findings.not_allowed_here(diagnostics, block.span, f"{block.kind} CONSTANT", "cannot be constant",
                                       "put constants into a VAR CONSTANT block")
         else:
@@ -148,7 +149,7 @@ class Frame:
             return None
         if kind == "external":
             return self._external(node, known.type)
-        constant = "CONSTANT" in block.qualifiers
+        constant = "CONSTANT" in block.qualifiers and kind != "input"  # nobody writes an input inside
         initial = complete(known) if constant else known.initial
         if node.initial is not None:
             initial = initial_value(self, node.initial, known.type, self.owner.diagnostics)
@@ -159,7 +160,7 @@ class Frame:
             location = self._location(node, block, known.type)
             if location is None:
                 return None
-        retain = None if "NON_RETAIN" in block.qualifiers else "RETAIN" in block.qualifiers
+        retain = None if "NON_RETAIN" in block.qualifiers else not _KEPT.isdisjoint(block.qualifiers)
         return Variable(node.name, known.type, kind, initial, retain, constant, location, node.span)
 
     def type_of(self, node: ast.TypeExpr) -> Known | None:

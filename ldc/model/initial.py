@@ -73,7 +73,10 @@ def _array(env: Environment, node: ast.Initial, type_: Array, diagnostics: Diagn
         findings.bad_initial(diagnostics, node.span, "an array takes a list of values", "names of members",
                              "write `[value, value, 3(value)]`")
         return None
-    total = sum(repeat for repeat, _ in node.items)
+    # An array of several dimensions may be given row by row.
+    rows = len(type_.bounds) > 1 and any(isinstance(item, ast.Aggregate) and item.items for _, item in node.items)
+    element = Array(type_.bounds[1:], type_.element) if rows else type_.element
+    total = sum(repeat for repeat, _ in node.items) * (element.count if rows else 1)
     if total > type_.count or any(repeat < 0 for repeat, _ in node.items):
         findings.bad_initial(diagnostics, node.span, f"{total} values for an array of {type_.count}",
                              "too many", "leave some out, or make the array larger")
@@ -81,9 +84,9 @@ def _array(env: Environment, node: ast.Initial, type_: Array, diagnostics: Diagn
     values: list[Scalar | tuple] = []
     failed = False
     for repeat, item in node.items:
-        found = initial_value(env, item, type_.element, diagnostics)
+        found = initial_value(env, item, element, diagnostics)
         failed |= found is None
-        values += [found] * repeat
+        values += (found or ()) * repeat if rows else [found] * repeat
     if failed:
         return None
     rest = type_.count - total

@@ -23,7 +23,7 @@ from ldc.model.type_table import TypeTable
 from ldc.parser import ast, sfc
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
-from ldc.types import INT, Type, blocks_in
+from ldc.types import BOOL, INT, Type, blocks_in
 
 _PINS = ("input", "output", "in_out")
 
@@ -184,8 +184,10 @@ class _Resolver:
                                    node.name_span if first is None else first.span)
 
     def _result(self, node: ast.Pou, frame: Frame) -> Type | None:
-        if node.kind != "FUNCTION" or node.result is None:
+        if node.kind != "FUNCTION":
             return None
+        if node.result is None:
+            return BOOL  # one without a result is FALSE
         known = frame.type_of(node.result)
         if known is not None and (held := next(blocks_in(known.type), None)):
             findings.not_allowed_here(self.diagnostics, node.result.span,

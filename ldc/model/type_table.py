@@ -12,8 +12,12 @@ from ldc.parser import ast
 from ldc.records import record
 from ldc.source import Span
 from ldc.types import (
+    DATE,
     DINT,
+    DT,
     ELEMENTARY,
+    TIME,
+    TOD,
     Array,
     Elementary,
     Enum,
@@ -25,8 +29,11 @@ from ldc.types import (
     Type,
     Value,
     default,
+    storage,
 )
 
+_LONG = {"LTIME": TIME, "LDATE": DATE, "LTOD": TOD, "LTIME_OF_DAY": TOD, "LDT": DT, "LDATE_AND_TIME": DT}
+"""Of the 3rd edition. Ours count nanoseconds in 64 bits (days of a DATE) anyway."""
 LARGEST = 1_000_000
 LONGEST_STRING = 32_767
 DEEPEST = 30
@@ -131,6 +138,8 @@ class TypeTable:
     def _reference(self, env: Environment, node: ast.NamedType) -> Known | None:
         key = node.name.upper()
         elementary = ELEMENTARY.get(key)
+        if elementary is None and key not in self._declarations:
+            elementary = _LONG.get(key)
         if isinstance(elementary, String):
             return self._string(env, node, elementary)
         if node.length is not None:
@@ -261,9 +270,31 @@ class TypeTable:
                 return None
             values.append((value, following))
             following += 1
+        if not self._in_base(env, node, values):
+            return None
         type_ = Enum(name, tuple(values), values[0][1])
         self._publish(None, type_)
         return Known(type_)
+
+    def _in_base(self, env: Environment, node: ast.EnumType, values: list[tuple[str, int]]) -> bool:
+        """Whether the type that is written beside the values can hold them all."""
+        if node.base is None:
+            return True
+        known = self._reference(env, ast.NamedType(node.base, None, node.span))
+        if known is None:
+            return False
+        base = storage(known.type)
+        if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
+            findings.bad_bounds(self._diagnostics, node.span, f"an enumeration of {known.type} is not possible",
+                                "only integers and bit strings have such", "take an integer type")
+            return False
+        least, greatest = base.range
+        for name, number in values:
+            if not least <= number <= greatest:
+                findings.bad_bounds(self._diagnostics, node.span, f"`{name}` is {number}, which {base} does not hold",
+                                    f"{base} has {least} to {greatest}", "choose another number or a larger type")
+                return False
+        return True
 
     def _publish(self, old: Enum | None, new: Enum) -> None:
         """Make the values of an enumeration known by their bare names."""

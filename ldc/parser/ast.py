@@ -144,10 +144,11 @@ class StructType:
 
 @record
 class EnumType:
-    """``(red, amber := 5, green)``."""
+    """``(red, amber := 5, green)``; ``base``: the integer type whose values these are, when it is written."""
 
     values: tuple[tuple[str, Expr | None], ...]
     span: Span
+    base: str | None = None
 
 
 @record
@@ -314,7 +315,8 @@ class NativeBody:
 
 @record
 class Pou:
-    """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns. The
+    """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns, if
+    it returns something. The
     body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart. ``actions``:
     further bodies with names, which are executed where they are called; those of a chart are in its body."""
 

@@ -148,6 +148,18 @@ class Builder:
         span = Span(self.source, callee.span.start, self.ends[close])
         return statements.Invoke(callee, tuple(arguments), span)
 
+    def latch(self, values: Values) -> statements.If:
+        """``q S= condition;`` sets, ``R=`` resets: ``IF condition THEN q := TRUE; END_IF;``."""
+        target, word, _, condition = values
+        kind, span = self.word(word).upper(), target.span.to(condition.span)
+        if kind not in ("S", "R"):
+            self.failed = True
+            self.findings.no_latch(word)
+        text = "TRUE" if kind == "S" else "FALSE"
+        value = ast.Literal(kind == "S", "BOOL", text, self.span(word, word))
+        arm = statements.Arm(condition, (statements.Assign(target, value, target.span),), condition.span)
+        return statements.If((arm,), None, span)
+
     def for_head(self, values: Values) -> statements.ForHead:
         step = values[6] if len(values) > 5 else None
         span = values[0].span.to(values[-1].span)
@@ -182,6 +194,11 @@ class Builder:
 
     def negation(self, values: Values) -> ast.Unary:
         return self._unary("-", values)
+
+    def unchanged(self, values: Values) -> ast.Expr:
+        """A plus sign."""
+        index, operand = values
+        return replace(operand, span=Span(self.source, self.starts[index], operand.span.end))
 
     def _unary(self, operator: str, values: Values) -> ast.Unary:
         index, operand = values
@@ -251,6 +268,15 @@ class Builder:
     def member(self, values: Values) -> ast.Member:
         base, _, name = values
         return ast.Member(base, self.word(name), Span(self.source, base.span.start, self.ends[name]))
+
+    def bit(self, values: Values) -> ast.Member:
+        """``word.%X3`` of the 3rd edition is ``word.3``; its larger parts are told."""
+        base, _, at = values
+        word = self.word(at).upper()
+        if not word.startswith("%X") or not word[2:].isdecimal():
+            self.failed = True
+            self.findings.part_of(at)
+        return ast.Member(base, word[2:] or "0", Span(self.source, base.span.start, self.ends[at]))
 
     def index(self, values: Values) -> ast.Index:
         base, _, indexes, close = values

@@ -64,19 +64,36 @@ class FileBuilder(Builder):
     def range(self, values: Values) -> tuple[ast.Expr, ast.Expr]:
         return values[0], values[2]
 
-    def struct_type(self, values: Values) -> ast.StructType:
+    def structure(self, values: Values) -> ast.StructType:
         fields = tuple(field for group in values[1] for field in group)
         return ast.StructType(fields, self.span(values[0], values[2]))
 
+    def passed(self, values: Values) -> ast.StructType:
+        return values[0]
+
     def enum_type(self, values: Values) -> ast.EnumType:
-        return ast.EnumType(tuple(values[1]), self.span(values[0], values[2]))
+        base = self.word(values[3]) if len(values) == 4 else None
+        return ast.EnumType(tuple(values[1]), self.span(values[0], values[-1]), base)
+
+    def named_values_type(self, values: Values) -> ast.EnumType:
+        """``INT (red := 1, green)``, the form of the 3rd edition."""
+        return ast.EnumType(tuple(values[2]), self.span(values[0], values[3]), self.word(values[0]))
+
+    def named_first(self, values: Values) -> list[tuple[str, ast.Expr | None]]:
+        return [(self.declared(values[0]), values[2])]
+
+    def named_two(self, values: Values) -> list[tuple[str, ast.Expr | None]]:
+        return [(self.declared(values[0]), None), values[2]]
 
     def enum_value(self, values: Values) -> tuple[str, ast.Expr | None]:
         return self.declared(values[0]), values[2] if len(values) == 3 else None
 
     def type_line(self, values: Values) -> ast.TypeDecl:
         initial = values[4] if len(values) == 6 else None
-        return ast.TypeDecl(self.declared(values[0]), values[2], initial, self.span(values[0], values[-1]))
+        name = values[0]
+        span = self.span(name, values[-1]) if len(values) > 3 else Span(
+            self.source, self.starts[name], values[2].span.end)
+        return ast.TypeDecl(self.declared(name), values[2], initial, span)
 
     # ---- initial values
 
@@ -85,6 +102,15 @@ class FileBuilder(Builder):
 
     def struct_initial(self, values: Values) -> ast.Aggregate:
         return ast.Aggregate((), tuple(values[1]), self.span(values[0], values[2]))
+
+    def bare_one(self, values: Values) -> ast.Aggregate:
+        """``3(0)``: an array without brackets."""
+        return self.bare([values[0], None, []])
+
+    def bare(self, values: Values) -> ast.Aggregate:
+        first, _, others = values
+        items = (first, *others)
+        return ast.Aggregate(items, (), first[1].span.to(items[-1][1].span))
 
     def element(self, values: Values) -> tuple[int, ast.Initial]:
         return 1, values[0]
@@ -103,7 +129,10 @@ class FileBuilder(Builder):
 
     def function_head(self, values: Values) -> PouHead:
         title = self.title(values[4]) if len(values) == 5 else None
-        return self._pou_head(values[0], values[1], title, values[3])
+        result = values[3]
+        if isinstance(result, ast.NamedType) and result.name.upper() == "VOID":
+            result = None
+        return self._pou_head(values[0], values[1], title, result)
 
     def _pou_head(self, kind: int, name: int, title: str | None, result) -> PouHead:
         return PouHead(self.types[kind], self.declared(name), title, result, self.span(name, name))

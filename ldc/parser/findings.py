@@ -77,7 +77,8 @@ class Findings:
 
     def open_comment(self, start: int) -> None:
         span = Span(self.tokens.source, start, start + 2)
-        label, help = "it begins here, and goes on to the end", "close it with `*)`; comments do not nest"
+        closing = "*/" if span.text == "/*" else "*)"
+        label, help = "it begins here, and goes on to the end", f"close it with `{closing}`"
         self.diagnostics.error("LD0103", "the comment is not closed", span, label, help=help)
 
     def open_string(self, span: Span) -> None:
@@ -170,8 +171,9 @@ class Findings:
                  f"choose another name, for example `{word}_1`")
 
     def pragma(self, index: int) -> None:
-        self._at("LD0118", "there are no pragmas in this language", index, "a `{` among declarations",
-                 "remove it, or put it into a comment")
+        self._at("LD0118", "this pragma is not understood", index, "a `{` begins it",
+                 "remove it, or put it into a comment; what an editor only shows, `{attribute ...}` and `{region ...}`, "
+                 "may stand in .st files")
 
     def missing_end(self, end: str, opening: int, index: int, found: str) -> None:
         """``opening`` began what ``end`` should close before the token ``index``."""
@@ -226,6 +228,14 @@ class Findings:
     def missing_semicolon(self, index: int) -> None:
         self.diagnostics.error("LD0132", f"`;` is missing behind {self.shown(index)}", self.behind(index),
                                "the statement ends here", help="end every statement with `;`")
+
+    def no_latch(self, index: int) -> None:
+        self._no_statement(self.tokens.point(index), f"{self.shown(index)} before `=` means nothing here",
+                           "only S and R do", "write `:=` to assign, `S=` to set, `R=` to reset")
+
+    def part_of(self, index: int) -> None:
+        self.syntax(self.tokens.point(index), f"{self.shown(index)} is no part of a value that can be named",
+                    "only bits can, `.3` or `.%X3`", "shift it, then convert it: `WORD_TO_BYTE(SHR(w, 8))`")
 
     def equals_sign(self, index: int) -> None:
         self._no_statement(self.tokens.point(index), "`=` compares, it does not assign", "not `:=`",

@@ -47,9 +47,9 @@ _SCAN = re.compile(
     rf"""
     (?P<SPACE> [ \t\r\n\f\v]+ )
   | (?P<WORD>  [A-Za-z_]\w*+ (?!\#) )
-  | (?P<OP>    \((?!\*) | /(?!/) | := | => | >(?=>>) | >> | >= | <= | <> | \*\* | \.\.
+  | (?P<OP>    \((?!\*) | /(?![/*]) | := | => | >(?=>>) | >> | >= | <= | <> | \*\* | \.\.
              | [\[\]){{}}<>=:;,.@|&*+-] )
-  | (?P<COMMENT> \(\*(?s:.*?)\*\) | //[^\r\n]* )
+  | (?P<COMMENT> \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ )
   | (?P<LITERAL>
         (?i: L?REAL )\#[+-]?\d[\d_]*+(?:\.\d[\d_]*+)?(?:[eE][+-]?\d+)?(?!\w|\#)
       | (?i: L?DATE_AND_TIME | L?DT | L?DATE | L?D )\#\d[\d_]*+(?:[-:.]\d\w*+)*+
@@ -59,15 +59,21 @@ _SCAN = re.compile(
   | (?P<DIRECT> %[A-Za-z_]\w*+(?:\.\d+)*+ )
   | (?P<STRING> {_STRING} )
   | (?P<TEXT> {_TEXT} )
-  | (?P<BAD>   \(\*(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]*
+  | (?P<BAD>   (?:\(\*|/\*)(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]*
              | [^\x00-\x7f]+ | [\x00-\x1f\x7f]+ | . )
     """,
     re.VERBOSE | re.ASCII,
 )
 
+_NESTS = re.compile(r"\(\*|\*\)")
+_PRAGMA = re.compile(
+    r"""\{\s*(?:attribute|warning|info|text|region|endregion|analysis|flow|nobp|bp|docu|messageguid|pack_mode)\b
+        (?:[^{}'"]|'[^'\n]*'|"[^"\n]*")*\}""", re.VERBOSE | re.IGNORECASE)
+"""What an editor or a compiler may do without."""
 _WORDS = "|".join(sorted(_BOUNDARIES))
 _TO_BOUNDARY = re.compile(
-    rf"""(?: [^\w('"/]++ | (?!(?:{_WORDS})\b) \w++ | \(\*(?s:.*?)\*\) | //[^\r\n]* | {_STRING} | {_TEXT}
+    rf"""(?: [^\w('"/]++ | (?!(?:{_WORDS})\b) \w++ | \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/
+         | {_STRING} | {_TEXT}
          | [^\w] )*+""",
     re.VERBOSE | re.ASCII | re.IGNORECASE,
 )
@@ -122,10 +128,17 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
     """Append tokens until the end or until a unit is too long; where it stopped."""
     text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
-    statements |= columns.source.path.lower().endswith(".st")
+    written = columns.source.path.lower().endswith(".st")
+    statements |= written
     lines, limit = statements, _limit(types)
+    nests, braces = True, written  # whether comments close what they open; whether braces are pragmas
+    passed = 0  # what ends there was taken as a whole
     for match in _SCAN.finditer(text, start, end):
         kind = match.lastgroup
+        if passed:
+            if match.start() < passed:
+                continue
+            passed = 0
         if kind == "SPACE":
             continue
         at, to = match.span()
@@ -138,13 +151,22 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
             if to - at == 1 and word in _MODIFIERS and types and types[-1] in ("[", "("):
                 modifiers.append(len(types))
             elif kind in _BOUNDARIES:
+                braces = written and kind != "RUNG"
                 lines, limit = statements or kind in _WITH_LINES, _limit(types)
         elif kind == "OP":
             word = text[at:to]
             kind = _OPERATORS.get(word, word)
+            if braces and word == "{" and (pragma := _PRAGMA.match(text, at, end)) is not None:
+                columns.comments.append(pragma.span())
+                passed = pragma.end()
+                continue
             if kind == ";" and lines and types[-1:] != [";"]:
                 limit = _limit(types)
         elif kind == "COMMENT":
+            if nests and text.startswith("(*", at) and text.find("(*", at + 2, to) >= 0:
+                passed = _closed(text, at, end)
+                nests = passed > 0
+                to = passed = max(passed, to)
             columns.comments.append((at, to))
             continue
         elif to - at > MAX_WORD and (kind == "DIRECT" or kind == "LITERAL" and text[to - 1] not in "'\""):
@@ -157,6 +179,17 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
         if len(types) > limit:
             return to
     return end
+
+
+def _closed(text: str, start: int, end: int) -> int:
+    """Where a comment ends that holds others; 0 when not all of them are closed, as in the 2nd edition, where
+    `(*` in a comment opens nothing."""
+    depth = 0
+    for match in _NESTS.finditer(text, start, end):
+        depth += 1 if match[0] == "(*" else -1
+        if depth == 0:
+            return match.end()
+    return 0
 
 
 def _limit(types: list[str]) -> int:

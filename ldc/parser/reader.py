@@ -159,7 +159,7 @@ class Reader:
 
     def _missing(self, end: str, opening: int) -> None:
         """Report it, unless an open comment has swallowed it (that is told where it is)."""
-        if self.at < len(self.types) or self.types[-1] != BAD or not self.tokens.text(-1).startswith("(*"):
+        if self.at < len(self.types) or self.types[-1] != BAD or not self.tokens.text(-1).startswith(("(*", "/*")):
             self.findings.missing_end(end, opening, self.at, self._found())
 
     # ---- declarations
@@ -167,12 +167,20 @@ class Reader:
     def _section(self) -> ast.VarBlock:
         """``VAR ... END_VAR``; ``at`` is its first word."""
         first, kind = self.at, self._kind()
-        while self.at + 1 < len(self.types) and self.types[self.at + 1] in QUALIFIERS:
+        while self._qualifier(self.at + 1):
             self.at += 1
-        qualifiers = tuple(self.types[first + 1 : self.at + 1])
+        qualifiers = tuple(self.tokens.text(at).upper() for at in range(first + 1, self.at + 1))
         groups = self._lines_until("END_VAR", "var_line", kind, first)
         variables = tuple(variable for group in groups for variable in group)
         return ast.VarBlock(kind, qualifiers, variables, self.tokens.span(first, self.at - 1))
+
+    def _qualifier(self, at: int) -> bool:
+        """Whether a token qualifies the section. PERSISTENT is no keyword: it stands before a name or END_VAR."""
+        kinds = self.types[at : at + 2]
+        if kinds[:1] != ["NAME"]:
+            return bool(kinds) and kinds[0] in QUALIFIERS
+        follows = kinds[1:] and (kinds[1] in ("NAME", "END_VAR") or kinds[1] in QUALIFIERS)
+        return bool(follows) and self.tokens.text(at).upper() == "PERSISTENT"
 
     def _lines_until(self, end: str, symbol: str, word: str, opening: int | None = None) -> list:
         """The lines between the word at ``at`` and ``end``, which is taken too."""

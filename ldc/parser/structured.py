@@ -121,11 +121,19 @@ class _Reader:
             return self._leave()
         if kind in SECTIONS:
             return self._section()
+        if kind == "{":
+            return self._pragma()
         if kind in _HEADS or kind in ("TO", "BY", "RUNG", "END_VAR", ":"):
             self._stray("no statement begins so", "statements are `x := value;`, `t(IN := a);`, IF, CASE, "
                         "FOR, WHILE, REPEAT, EXIT, CONTINUE and RETURN")
             return None
         return self._simple()
+
+    def _pragma(self) -> None:
+        """One that is not known to have no effect."""
+        self.findings.pragma(self.at)
+        closing = next((at for at in range(self.at, self.end) if self.types[at] in ("}", ";")), self.at)
+        self.at = closing + 1
 
     def _is_continue(self) -> bool:
         """CONTINUE is no keyword of the 2nd edition: it is known by standing alone."""
@@ -209,7 +217,7 @@ class _Reader:
             self.blocks.pop()
         if self._kind() == end:
             self.at += 1
-            self._semicolon()
+            self.at += self._kind() == ";"  # many editors ask for none here
         else:
             self.findings.block_open(opening, end, self.at)
 

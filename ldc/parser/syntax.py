@@ -37,6 +37,8 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
     """Report the failure of the unit ``first`` to ``end``; ``what`` names it (``rung``, ``declaration``)."""
     tokens, index, expected = findings.tokens, failure.index, failure.expected
     types = tokens.types
+    if index > first and types[index - 1] == ".":
+        expected = expected - {"DIRECT"}  # `.%X3`, which few write
     kind = types[index] if index < end else END
     found = f"the end of the {what}" if kind == END and (what == "rung" or index == len(types)) else (
         findings.shown(index))

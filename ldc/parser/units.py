@@ -94,6 +94,8 @@ class Units:
                 depth += 1
             elif kind == "END_STRUCT":
                 depth -= 1
+                if depth == 0 and self.types[index + 1 : index + 2] not in ([";"], [":="]):
+                    return index + 1
             elif kind == ";" and depth <= 0:
                 return index + 1
         return end
@@ -163,7 +165,7 @@ class Units:
     def _bad_token(self, index: int) -> None:
         span = self.tokens.point(index)
         head = span.source.text[span.start : span.start + 2]
-        if head == "(*":
+        if head in ("(*", "/*"):
             self.findings.open_comment(span.start)
         elif head[0] in "'\"":
             self.findings.open_string(span)

@@ -102,8 +102,9 @@ def type_text(type_: ast.TypeExpr, indent: str = "") -> str:
             return f"ARRAY [{ranges}] OF {type_text(element, indent)}"
         case ast.SubrangeType(base, low, high):
             return f"{base} ({expr_text(low)}..{expr_text(high)})"
-        case ast.EnumType(values):
-            return f"({', '.join(n if v is None else f'{n} := {expr_text(v)}' for n, v in values)})"
+        case ast.EnumType(values, base=base):
+            listed = ", ".join(n if v is None else f"{n} := {expr_text(v)}" for n, v in values)
+            return f"({listed})" if base is None else f"({listed}) {base}"
         case ast.StructType(fields):
             inner = indent + INDENT
             lines = "".join(f"{inner}{f.name} : {declared_text(f, inner)};\n" for f in fields)

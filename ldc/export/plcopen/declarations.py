@@ -14,7 +14,8 @@ SECTIONS = {
     "VAR": "localVars", "VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars",
     "VAR_TEMP": "tempVars", "VAR_EXTERNAL": "externalVars", "VAR_GLOBAL": "globalVars",
 }
-_QUALIFIERS = {"CONSTANT": "constant", "RETAIN": "retain", "NON_RETAIN": "nonretain"}
+_QUALIFIERS = {"CONSTANT": "constant", "RETAIN": "retain", "NON_RETAIN": "nonretain",
+               "PERSISTENT": "persistent"}
 _SHORT = {"DATE_AND_TIME": "DT", "TIME_OF_DAY": "TOD", "STRING": "string", "WSTRING": "wstring"}
 
 Notes = Mapping[tuple[str, int], str]
@@ -66,10 +67,13 @@ def type_(parent: Element, written: ast.TypeExpr, notes: Notes) -> None:
             made = add(parent, "struct")
             for field in fields:
                 variable(made, field, notes)
-        case ast.EnumType(values):
-            made = add(add(parent, "enum"), "values")
+        case ast.EnumType(values, base=base):
+            outer = add(parent, "enum")
+            made = add(outer, "values")
             for name, value in values:
                 add(made, "value", name=name, value=None if value is None else expr_text(value))
+            if base is not None:
+                type_(add(outer, "baseType"), ast.NamedType(base, None, written.span), notes)
         case ast.SubrangeType(base, low, high):
             unsigned = base.upper() in ("USINT", "UINT", "UDINT", "ULINT")
             made = add(parent, "subrangeUnsigned" if unsigned else "subrangeSigned")

@@ -115,7 +115,9 @@ def _notes(file: ast.File) -> dict[tuple[str, int], str]:
     position = file.source.position
     by_line: dict[int, str] = {}
     for comment in file.comments:
-        text = comment.text[2:-2] if comment.text.startswith("(*") else comment.text[2:]
+        if comment.text.startswith("{"):
+            continue  # a pragma
+        text = comment.text[2:-2] if comment.text.startswith(("(*", "/*")) else comment.text[2:]
         by_line.setdefault(position(comment.span.start)[0], " ".join(text.split()))
     blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
     for part in file.configurations:

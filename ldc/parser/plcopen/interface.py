@@ -152,7 +152,8 @@ def _enum(node: Node, diagnostics: Diagnostics) -> ast.EnumType | None:
     if not values:
         findings.malformed(diagnostics, node.span, "an enumeration has no value")
         return None
-    return ast.EnumType(tuple(values), node.whole)
+    base = type_of(node.find("baseType"), node, diagnostics) if node.find("baseType") is not None else None
+    return ast.EnumType(tuple(values), node.whole, base.name if isinstance(base, ast.NamedType) else None)
 
 
 def initial(holder: Node | None, diagnostics: Diagnostics) -> ast.Initial | None:

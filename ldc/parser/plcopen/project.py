@@ -142,7 +142,7 @@ def _head(node: Node, diagnostics: Diagnostics) -> _Head | None:
         sections = interface.var_blocks(declared, diagnostics)
     sections = sections or written.sections(node, diagnostics)
     if declared is not None:
-        if kind == "FUNCTION":
+        if kind == "FUNCTION" and declared.find("returnType") is not None:
             result = interface.type_of(declared.find("returnType"), node, diagnostics)
     charts = any(body.find("SFC") is not None for body in node.all("body"))
     actions = tuple(action for action in (node.find("actions") or node).all("action")

@@ -1,0 +1,118 @@
+"""What texts of other editors have beside the 2nd edition: read, executed on all engines, or told by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from everywhere import checked, compiled, trace
+
+from ldc.diagnostics import Diagnostics
+from ldc.parser import parse_file
+from ldc.parser.format import format_file
+from ldc.source import SourceFile
+
+DECLARED = """{attribute 'qualified_only'}
+TYPE
+    Mode : (Idle, Running := 5, Stopped) INT := Running;
+    Level : USINT (low := 1, high := 200);
+    Point : STRUCT
+        x, y : INT;
+        row : ARRAY [0..2] OF INT := 4, 2(5);
+    END_STRUCT
+END_TYPE
+TYPE Line : STRUCT a : Point; b : Point := (x := 7); END_STRUCT END_TYPE
+VAR_GLOBAL PERSISTENT RETAIN kept : INT := 3; END_VAR
+VAR_GLOBAL PERSISTENT persistent : INT; END_VAR
+(* an outer (* an inner *) comment *)
+FUNCTION twice /* no result */
+VAR_INPUT CONSTANT n : INT; END_VAR
+VAR_OUTPUT m : INT; END_VAR
+    m := +n * 2;
+END_FUNCTION
+FUNCTION clear : VOID
+VAR_IN_OUT n : INT; END_VAR
+    n := 0;
+END_FUNCTION
+PROGRAM main
+{region 'declarations'}
+VAR
+    {attribute 'hide'}
+    mode : Mode; level : Level := high; line : Line;
+    grid : ARRAY [0..1, 0..2] OF INT := [[1, 2, 3], [4, 2(5)]];
+    field : ARRAY [1..4] OF INT := 3(7);
+    a, b, q, bit : BOOL; w : WORD := 16#8; i, n, sum : INT; t : LTIME; {info 'x'}
+END_VAR
+{endregion}
+    twice(n := kept, m => n);
+    IF mode = Running THEN sum := sum + n END_IF
+    FOR i := 1 TO 3 DO
+        IF i = 2 THEN CONTINUE; END_IF
+        sum := sum + field[i] + grid[1, i - 1] + line.b.x + line.a.row[0];
+    END_FOR
+    clear(n := kept);
+    q S= a;
+    q R= b AND NOT a;
+    bit := w.%X3;
+    w.%X3 := NOT w.%X3;
+    t := t + LTIME#1s;
+END_PROGRAM
+"""
+
+
+def test_one_text_with_most_of_it(tmp_path: Path) -> None:
+    text = DECLARED.replace("sum := sum + n END_IF", "sum := sum + n; END_IF")
+    rows = trace(tmp_path, text, "main.st", [{"a": 1}, {"a": 0}, {"b": 1}, {"a": 1}],
+                 ("sum", "n", "q", "bit", "w", "t", "mode", "level"))
+    loops = 2 * 7 + 4 + 5 + 2 * 7 + 2 * 4
+    second = 1_000_000_000
+    assert rows == [(6 + loops, 6, True, True, 0, second, 5, 200), (6 + 2 * loops, 0, True, False, 8, 2 * second, 5, 200),
+                    (6 + 3 * loops, 0, False, True, 0, 3 * second, 5, 200),
+                    (6 + 4 * loops, 0, True, False, 8, 4 * second, 5, 200)]
+
+
+def test_a_missing_semicolon_behind_a_statement_is_told_still() -> None:
+    assert [d.code for d in checked(DECLARED, "main.st").diagnostics] == ["LD0132"]
+
+
+def test_the_canonical_form_keeps_pragmas_and_comments() -> None:
+    text = DECLARED.replace("sum := sum + n END_IF", "sum := sum + n; END_IF")
+    once = format_file(parse_file(SourceFile("a.st", text), Diagnostics()))
+    assert format_file(parse_file(SourceFile("a.st", once), Diagnostics())) == once
+    for kept in ("{attribute 'qualified_only'}", "{region 'declarations'}", "{info 'x'}", "/* no result */",
+                 "(* an outer (* an inner *) comment *)", "(Idle, Running := 5, Stopped) INT"):
+        assert once.count(kept) == 1, kept
+    assert compiled(once, "a.st").image.digest == compiled(text, "a.st").image.digest
+
+
+def test_a_comment_that_opens_another_and_closes_once_is_that_of_the_second_edition() -> None:
+    text = "PROGRAM main VAR n : INT; END_VAR (* a (* b *) n := 1; (* c *) n := 2; // (*\n END_PROGRAM"
+    assert trace_of(text) == 2
+
+
+def trace_of(text: str) -> int:
+    from runtime.vm.machine import Machine
+
+    machine = Machine(compiled(text, "main.st").program)
+    machine.scan()
+    return machine.get("n")
+
+
+@pytest.mark.parametrize(("body", "wanted"), [
+    ("b Q= a;", ["LD0133"]), ("n := w.%B1;", ["LD0101"]), ("n S= a;", ["LD0403"]),
+    ("{IF defined (x)} n := 1;", ["LD0118"]), ("/* open n := 1;", ["LD0103", "LD0132"]),
+])
+def test_what_is_wrong_is_told(body: str, wanted: list[str]) -> None:
+    text = f"PROGRAM main VAR a, b : BOOL; n : INT; w : WORD; END_VAR {body} END_PROGRAM"
+    assert [d.code for d in checked(text, "main.st").diagnostics] == wanted
+
+
+@pytest.mark.parametrize(("type_", "wanted"), [
+    ("(a := 300) USINT", ["LD0208"]), ("(a, b) REAL", ["LD0208"]), ("(a, b) Nothing", ["LD0205"]),
+    ("INT (a := 1, a := 2)", ["LD0201"]), ("INT (a, b)", []), ("ARRAY [0..1, 0..1] OF INT := [[1, 2, 3]]", ["LD0210"]),
+    ("ARRAY [0..1, 0..1] OF INT := [[1, 2], [3, 4], [5, 6]]", ["LD0210"]), ("ARRAY [0..1] OF INT := 1, 2, 3", ["LD0210"]),
+    ("ARRAY [0..1] OF INT := [[1], 2]", ["LD0210"]), ("INT := 2(4)", ["LD0210"]),
+])
+def test_types_that_are_wrong_are_told(type_: str, wanted: list[str]) -> None:
+    text = f"TYPE T : {type_}; END_TYPE PROGRAM main VAR t : T; END_VAR ; END_PROGRAM"
+    assert [d.code for d in checked(text, "main.st").diagnostics] == wanted
