@@ -133,17 +133,19 @@ def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:
 
 def _watched(child: int, memory: mmap.mmap, hang: float) -> int | Crash:
     seen, since, asked = -1, time.monotonic(), False
+    looked = since
     while True:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
             break
         (beats,) = struct.unpack_from("<Q", memory, _BEATS)
         now = time.monotonic()
-        if beats != seen or beats == 0:
+        if beats != seen or beats == 0 or now - looked > hang / 2:  # or this process was stopped meanwhile
             seen, since = beats, now
         elif now - since > hang:
             _kill(child, signal.SIGKILL if asked else signal.SIGUSR1)
             asked, since = True, now - hang / 2
+        looked = now
         time.sleep(_POLL)
     return _outcome(os.waitstatus_to_exitcode(status), memory, asked)
 
