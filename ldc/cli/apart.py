@@ -19,23 +19,27 @@ from ldc.il.external import Binding
 from ldc.source import Span
 from runtime.guard import HANG, Beat, Crash, guarded
 
+_HANG_LATER = 10.0
+"""Seconds without a scan after which a run hangs that had no component at its begin."""
 _NO_ROOM = 74
 """How the process ends when what it writes has no room: the file it wrote is not whole (EX_IOERR)."""
 
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int],
           arguments: Sequence[str], orderly: bool = False) -> int:
-    """The status of the work. ``arguments``: of the command, for the report of a fault of ldc itself;
+    """The status of the work, which may be given further components, without the place of what they break.
+    ``arguments``: of the command, for the report of a fault of ldc itself;
     ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a crash, with the component
     and its line in C, and OSError when there is no room for what the work writes."""
     diagnostics = Diagnostics()
-    handler = host.guard_library(diagnostics)
-    if handler is None:
+    handler = host.guard_library(diagnostics) if bindings else None
+    if handler is None and bindings:
         raise Invalid(diagnostics)
 
     def watched(beat: Beat) -> int:
         try:
-            beat.watch([b.library for b in bindings], handler)
+            if handler is not None:
+                beat.watch([b.library for b in bindings], handler)
             status = answered("run", lambda: work(beat))
             sys.stdout.flush()
             return status
@@ -51,15 +55,16 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
 
     sys.stdout.flush()
     sys.stderr.flush()
-    end = guarded(watched, orderly=orderly)
+    hang = HANG if bindings else _HANG_LATER
+    end = guarded(watched, hang, orderly=orderly)
     if isinstance(end, Crash):
-        raise Invalid([_told(end, result, bindings)])
+        raise Invalid([_told(end, hang, result, bindings)])
     if end == _NO_ROOM:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     return end
 
 
-def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]) -> Diagnostic:
+def _told(crash: Crash, hang: float, result: pipeline.Compiled, bindings: tuple[Binding, ...]) -> Diagnostic:
     """A crash in words, at its line when that is known."""
     unit = next((b.unit for b in bindings if crash.library is not None and b.library == crash.library), None)
     native = next((n for n in result.natives if unit is not None and n.unit.name == unit), None)
@@ -67,7 +72,7 @@ def _told(crash: Crash, result: pipeline.Compiled, bindings: tuple[Binding, ...]
     manifest = result.sources.manifest
     plant = manifest is not None and manifest.coordination.plant is not None
     if crash.hang and crash.library is None:
-        bag.error("LD0847", f"a scan takes longer than {HANG:g} seconds, outside of components: the run was "
+        bag.error("LD0847", f"a scan takes longer than {hang:g} seconds, outside of components: the run was "
                   "ended",
                   manifest.value_span("plant", "step") if plant else None, "so often the plant steps",
                   help="the steps of the plant are part of a scan: let them be fewer, or do less" if plant
