@@ -52,9 +52,9 @@ def run(options: argparse.Namespace) -> int:
     sources = read(options.sources)
     # The power of rungs is seen by stepping, which native code does not.
     result = compiled(sources, keep=_stepped(options, sources))
-    if not result.natives:
+    if not result.natives and not options.online:
         return _run(options, sources, result, lambda: None)
-    if options.sanitize and not sanitized.inside():
+    if result.natives and options.sanitize and not sanitized.inside():
         return sanitized.run(options.arguments, result)
     bindings = native_code(result)
     # A crash ends the process that writes: files are given their names, or taken away, by this one.
