@@ -95,6 +95,13 @@ def two(condition: str, *more: str, **bodies) -> str:
                  jump(5, "A", 4), *more, **bodies)
 
 
+def test_flags_of_charts_are_told_where_they_have_a_meaning() -> None:
+    text = two(named("go")).replace("<localVars>", f"<localVars>{variables('SFCPause : BOOL')}")
+    assert codes(text) == []
+    family = '<addData><data name="http://www.3s-software.com/plcopenxml/x"/></addData>'
+    assert codes(text.replace("<types>", f"{family}<types>")) == ["LD0160"]
+
+
 def test_steps_a_jump_and_an_action_block() -> None:
     text = two(when("go AND NOT x"), does(6, 3, act(named("q")), act(named("count"), "P1")),
                actions={"count": "<ST>n := n + 1;</ST>"})

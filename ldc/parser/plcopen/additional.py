@@ -17,7 +17,7 @@ PACKAGE = "ldc.parser.plcopen"
 _ANNEX = ("SEMA", "RTC", "INTEGRAL", "DERIVATIVE", "PID", "RAMP", "HYSTERESIS")
 _UTIL = ("BLINK", "HYSTERESIS", "LIMITALARM", "UNPACK")
 _FUNCTIONS = ("PACK", "EXTRACT", "PUTBIT", "BCD_TO_INT", "INT_TO_BCD")
-_FAMILY = "3s-software"
+FAMILY = "3s-software"
 """In the names of the additional data that editors of the CODESYS family write."""
 NAMES = frozenset((*_ANNEX, *_UTIL, *_FUNCTIONS))
 
@@ -31,13 +31,13 @@ def wanted(
     known = {name.upper() for name in own}
     blocks = [*shared, *(block for pou in pous for block in pou.var_blocks)]
     used = _types(blocks)
-    if _FAMILY in text and any(name in text for name in _FUNCTIONS):
+    if FAMILY in text and any(name in text for name in _FUNCTIONS):
         used |= {name for pou in pous for node in nodes(pou.body, (ast.Call, ast.Block))
                  if (name := (node.name if isinstance(node, ast.Call) else node.type).upper()) in _FUNCTIONS}
     used -= known
     if not used:
         return ()
-    books = ("additional", "util") if _FAMILY in text else ("util", "additional")
+    books = ("additional", "util") if FAMILY in text else ("util", "additional")
     found = {pou.name.upper(): pou for book in books for pou in stored(PACKAGE, book)}
     more = used
     while more:

@@ -96,3 +96,9 @@ def fed_later(diagnostics: Diagnostics, span: Span, where: str, source: str) -> 
     diagnostics.warning("LD0159", f"{where} is executed before {source}, which feeds it", span,
                         "is executed behind it here", help="turn the two around in the order of execution; to read "
                         "the value of the scan before, store it in a variable")
+
+
+def chart_flag(diagnostics: Diagnostics, span: Span, name: str) -> None:
+    diagnostics.warning("LD0160", f"`{name}` does not control or watch the chart", span,
+                        "an ordinary variable here",
+                        help="say in the chart what it does there: a transition back to the initial step, a condition")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
-from ldc.parser.plcopen import boxes, findings, kept, texts
+from ldc.parser.plcopen import additional, boxes, findings, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
 from ldc.parser.plcopen.document import Node
@@ -20,6 +20,8 @@ from ldc.source import Span
 
 _JOINTS = ("selectionDivergence", "selectionConvergence", "simultaneousDivergence", "simultaneousConvergence")
 _CHART = ("step", "transition", "jumpStep", "actionBlock", *_JOINTS)
+_FLAGS = frozenset(("SFCINIT", "SFCRESET", "SFCERROR", "SFCENABLELIMIT", "SFCERRORSTEP", "SFCERRORPOU",
+                    "SFCQUITERROR", "SFCPAUSE", "SFCTRANS", "SFCCURRENTSTEP", "SFCTIP", "SFCTIPMODE"))
 _NOTES = ("comment", "vendorElement", "documentation", "addData", "label", "rightPowerRail")
 
 
@@ -30,7 +32,7 @@ class ChartReader:
 
     def __init__(self, pou: Node, holder: Node, body: Node, where: str, more: Additions,
                  diagnostics: Diagnostics) -> None:
-        self.holder, self.body, self.where, self.more = holder, body, where, more
+        self.pou, self.holder, self.body, self.where, self.more = pou, holder, body, where, more
         self.diagnostics = diagnostics
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
@@ -65,9 +67,16 @@ class ChartReader:
     # ---- the whole
 
     def chart(self) -> sfc.SfcBody:
+        self._tell_flags()
         actions = self.parts.actions()
         transitions = tuple(kept.transitions(self.holder, list(self._transitions())))
         return sfc.SfcBody(self.parts.steps(), transitions, (*actions, *self.parts.inline), self.span)
+
+    def _tell_flags(self) -> None:
+        """Variables that control or watch a chart in editors of the CODESYS family, when they are declared."""
+        for node in self.pou.descendants("variable"):
+            if node.get("name").strip().upper() in _FLAGS and additional.FAMILY in self.pou.document.source.text:
+                findings.chart_flag(self.diagnostics, node.attribute("name"), node.get("name").strip())
 
     def _transitions(self) -> Iterator[tuple[Node, sfc.Transition]]:
         """In the order in which they are drawn, each with what draws it."""
