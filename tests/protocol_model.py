@@ -1,11 +1,14 @@
-"""A sender and a receiver of the runtime over a memory that is a value: every interleaving, with
-disturbances."""
+"""A sender and a receiver over a memory that is a value: every interleaving, with disturbances.
+
+What they are is given: here are those of the runtime, in ``protocol_in_c`` those of firmware. Each is a few
+functions of its state, which is a value too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from explore import ends, explore
 
@@ -82,6 +85,110 @@ class State(NamedTuple):
     wrong: str = ""
 
 
+DONE = "done"
+"""What an owner of a sender is told of a transfer; of a reset it is told whether the open one was taken."""
+
+
+class Sends(Protocol):
+    """A sender. Where it has something to tell its owner, a step gives DONE, or of a reset a bool."""
+
+    start: tuple
+
+    def ready(self, state: tuple) -> bool: ...
+
+    def failed(self, state: tuple) -> bool: ...
+
+    def submit(self, state: tuple, value: int) -> tuple: ...
+
+    def reset(self, state: tuple) -> tuple: ...
+
+    def step(self, state: tuple, words: tuple) -> tuple[tuple, tuple, str | bool | None]: ...
+
+    def late(self, state: tuple, words: tuple) -> tuple[tuple, tuple, str | bool | None] | None:
+        """A wait is taken for too long; None: it does not wait."""
+
+
+class Receives(Protocol):
+    """A receiver. A step gives the value of a transfer to its owner."""
+
+    start: tuple
+
+    def step(self, state: tuple, words: tuple) -> tuple[tuple, tuple, int | None]: ...
+
+    def holds(self, state: tuple) -> int | None:
+        """The value of a transfer that is taken, and will be given to the owner."""
+
+    def scrub(self, state: tuple) -> tuple:
+        """A receiver without work is to make its flags 0."""
+
+
+def linked(profile: Profile, chunk: int = SIZE, retries: int = 2) -> Link:
+    return Link(CHANNEL, profile, retries=retries, ack_periods=1, clear_periods=1, chunk=chunk)
+
+
+class PythonSends:
+    start = sending.Sender().state()
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+
+    def ready(self, state: tuple) -> bool:
+        return sending.Sender(*state).ready
+
+    def failed(self, state: tuple) -> bool:
+        return sending.Sender(*state).phase is sending.Phase.FAULT
+
+    def submit(self, state: tuple, value: int) -> tuple:
+        sender = sending.Sender(*state)
+        sending.submit(sender, self.link, AID, Command.UPDATE, adata_of({1: value}, ALGORITHM))
+        return sender.state()
+
+    def reset(self, state: tuple) -> tuple:
+        sender = sending.Sender(*state)
+        sending.reset(sender)
+        return sender.state()
+
+    def step(self, state: tuple, words: tuple) -> tuple[tuple, tuple, str | bool | None]:
+        sender, memory = sending.Sender(*state), Memory(words)
+        event = sending.step(sender, self.link, memory)
+        return sender.state(), memory.value(), _told(event)
+
+    def late(self, state: tuple, words: tuple) -> tuple[tuple, tuple, str | bool | None]:
+        sender = sending.Sender(*state)
+        event = sending.tick(sender, self.link)
+        return sender.state(), words, _told(event)
+
+
+def _told(event: object) -> str | bool | None:
+    match event:
+        case sending.Done():
+            return DONE
+        case sending.Linked(delivered=delivered):
+            return delivered
+    return None
+
+
+class PythonReceives:
+    start = receiving.Receiver().state()
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+
+    def step(self, state: tuple, words: tuple) -> tuple[tuple, tuple, int | None]:
+        receiver, memory = receiving.Receiver(*state), Memory(words)
+        event = receiving.step(receiver, self.link, memory, SITUATION)
+        taken = isinstance(event, receiving.Delivered) and event.envelope.cmd != Command.RESET
+        return receiver.state(), memory.value(), event.values[0] if taken else None
+
+    def holds(self, state: tuple) -> None:
+        """It is given in the step that takes it."""
+
+    def scrub(self, state: tuple) -> tuple:
+        receiver = receiving.Receiver(*state)
+        receiving.tick(receiver, self.link)
+        return receiver.state()
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """``wrong``: what a receiver or the owner of a sender was told falsely; ``stuck``: ends without a result;
@@ -94,29 +201,34 @@ class Result:
     ends: frozenset[tuple[tuple[int, ...], bool]]
     raised: int
     halves: tuple[tuple[tuple, tuple], ...]
-    link: Link
 
 
 def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE, retries: int = 2) -> Result:
+    """Explores the machines of the runtime."""
+    link = linked(profile, chunk, retries)
+    return explored(PythonSends(link), PythonReceives(link), start, transfers)
+
+
+def explored(sends: Sends, receives: Receives, start: Limits, transfers: int) -> Result:
     """Explores everything: the owner of the sender submits item after item, and after a fault resets the link
     and submits the open one again if it was not delivered."""
-    link = Link(CHANNEL, profile, retries=retries, ack_periods=1, clear_periods=1, chunk=chunk)
 
-    def heard(state: State, event: object) -> State:
+    def heard(state: State, sender: tuple, words: tuple, told: str | bool | None) -> State:
         """What the owner of the sender does with what it is told."""
-        match event:
-            case sending.Done() if state.item not in state.taken:
-                return state._replace(wrong="done, and not taken")
-            case sending.Linked(delivered=delivered):
-                if delivered != (state.item in state.taken):
-                    return state._replace(wrong="read back falsely")
-                return state if delivered else state._replace(item=state.item - 1)
-        return state
-
-    def given(state: State, event: object) -> State:
-        if not isinstance(event, receiving.Delivered) or event.envelope.cmd == Command.RESET:
+        state = state._replace(sender=sender, words=words)
+        if told is None:
             return state
-        (value,) = event.values
+        taken = state.item in (*state.taken, receives.holds(state.receiver))
+        if told == DONE:
+            return state if taken else state._replace(wrong="done, and not taken")
+        if told != taken:
+            return state._replace(wrong="read back falsely")
+        return state if told else state._replace(item=state.item - 1)
+
+    def given(state: State, receiver: tuple, words: tuple, value: int | None) -> State:
+        state = state._replace(receiver=receiver, words=words)
+        if value is None:
+            return state
         taken = (*state.taken, value)
         wrong = "" if taken == tuple(range(1, value + 1)) else f"took {taken}"
         return state._replace(taken=taken, wrong=wrong)
@@ -124,24 +236,16 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
     def moves(state: State) -> Iterator[State]:
         if state.wrong:
             return
-        limits, sender, memory = state.limits, sending.Sender(*state.sender), Memory(state.words)
-        if not sender.ready:
-            event = sending.step(sender, link, memory)
-            yield heard(state._replace(sender=sender.state(), words=memory.value()), event)
+        limits = state.limits
+        if not sends.ready(state.sender):
+            yield heard(state, *sends.step(state.sender, state.words))
         elif state.item < transfers:
-            sending.submit(sender, link, AID, Command.UPDATE, adata_of({1: state.item + 1}, ALGORITHM))
-            yield state._replace(sender=sender.state(), item=state.item + 1)
-        receiver, memory = receiving.Receiver(*state.receiver), Memory(state.words)
-        event = receiving.step(receiver, link, memory, SITUATION)
-        yield given(state._replace(receiver=receiver.state(), words=memory.value()), event)
-        if limits.late:
-            sender = sending.Sender(*state.sender)
-            event = sending.tick(sender, link)
-            yield heard(state._replace(sender=sender.state()), event)
+            yield state._replace(sender=sends.submit(state.sender, state.item + 1), item=state.item + 1)
+        yield given(state, *receives.step(state.receiver, state.words))
+        if limits.late and (late := sends.late(state.sender, state.words)) is not None:
+            yield heard(state, *late)
         if limits.flip < start.flip and any(state.words[3:6]):
-            receiver = receiving.Receiver(*state.receiver)
-            receiving.tick(receiver, link)
-            yield state._replace(receiver=receiver.state())
+            yield state._replace(receiver=receives.scrub(state.receiver))
         if limits.corrupt:
             less = limits._replace(corrupt=limits.corrupt - 1)
             for at in range(0, SIZE, 4):
@@ -155,24 +259,20 @@ def check(profile: Profile, start: Limits, transfers: int = 3, chunk: int = SIZE
             for at in range(len(FLAGS)):
                 words = (*state.words[:at], 1 - state.words[at], *state.words[at + 1 :])
                 yield state._replace(words=words, limits=limits._replace(flip=limits.flip - 1))
-        if limits.reset and sending.Sender(*state.sender).phase is sending.Phase.FAULT:
-            sender = sending.Sender(*state.sender)
-            sending.reset(sender)
+        if limits.reset and sends.failed(state.sender):
             less = limits._replace(reset=limits.reset - 1)
-            yield state._replace(sender=sender.state(), limits=less)
+            yield state._replace(sender=sends.reset(state.sender), limits=less)
 
-    begin = State(sending.Sender().state(), receiving.Receiver().state(), EMPTY, start)
-    graph = explore(begin, moves)
+    graph = explore(State(sends.start, receives.start, EMPTY, start), moves)
     finished = [s for s in ends(graph) if not s.wrong]
-    faulted = {s: sending.Sender(*s.sender).phase is sending.Phase.FAULT for s in finished}
+    faulted = {s: sends.failed(s.sender) for s in finished}
     return Result(
         states=len(graph),
-        stuck=sum(not fault and (not sending.Sender(*s.sender).ready or s.item < transfers)
+        stuck=sum(not fault and (not sends.ready(s.sender) or s.item < transfers)
                   for s, fault in faulted.items()),
         wrong=frozenset(s.wrong for s in graph.states if s.wrong),
         ends=frozenset((s.taken, fault) for s, fault in faulted.items()),
         raised=sum(any(s.words[:6]) for s in finished),
         halves=tuple(dict.fromkeys(
             (machine, s.words) for s in graph.states for machine in (s.sender, s.receiver))),
-        link=link,
     )

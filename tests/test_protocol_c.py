@@ -15,9 +15,9 @@ import native
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from protocol_in_c import ROOM, compiled, declarations
 from protocol_pair import AID, SITUATION, Side, drive, links, payload
 
-from ldc.components import toolchain
 from runtime.protocol.check import Algorithm, Code, Parameter, Situation, adata_of, check
 from runtime.protocol.endpoint import Endpoint
 from runtime.protocol.envelope import Command, Envelope, encode
@@ -28,27 +28,13 @@ from runtime.protocol.sender import Done, Fault, Linked
 
 pytestmark = native.needs_gcc
 ROOT = Path(__file__).resolve().parents[1]
-ROOM = ROOT / "ldc" / "backends" / "firmware" / "runtime"
 TYPES = ("f32", "i32", "u32", "bool32")
-
-
-def declarations() -> str:
-    """What the two headers declare, for cffi."""
-    lines = []
-    for header in ("p_handshake.h", "p_parameters.h"):
-        text = (ROOM / header).read_text()
-        lines += [line for line in text.splitlines() if not line.startswith("#")]
-    return "\n".join(lines)
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    target = tmp_path_factory.mktemp("p") / "p.so"
-    sources = [str(ROOM / "p_handshake.c"), str(ROOM / "p_parameters.c"), str(ROOT / "bench" / "p_pair.c")]
-    flags = "-std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared".split()
-    subprocess.run([toolchain.find(toolchain.GCC), *flags, "-I", str(ROOM), "-o", str(target), *sources],
-                   check=True)
-    return target
+    sources = (ROOM / "p_handshake.c", ROOM / "p_parameters.c", ROOT / "bench" / "p_pair.c")
+    return compiled(tmp_path_factory.mktemp("p"), *sources)
 
 
 @pytest.fixture(scope="module")

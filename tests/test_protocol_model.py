@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from handshake_scripts import DEADLOCK, DUPLICATE, EARLY, LOST, run
-from protocol_model import AID, ALGORITHM, FLAGS, SITUATION, Limits, Memory, check
+from protocol_model import AID, ALGORITHM, FLAGS, SITUATION, Limits, Memory, check, linked
 
 from explore import ends, explore
 from ldc.il.areas import shared_range
@@ -165,16 +165,16 @@ class Seen(Memory):
 ])
 def test_to_run_is_to_step_until_one_waits(profile, limits, chunk) -> None:
     """In every state that the exploration finds: the same accesses, the same state after, the same event."""
-    result = check(profile, limits, transfers=2, chunk=chunk, retries=1)
+    result, link = check(profile, limits, transfers=2, chunk=chunk, retries=1), linked(profile, chunk, 1)
     for state, words in result.halves:
         sends = len(state) == len(sending.Sender().state())
         made = sending.Sender if sends else receiving.Receiver
         module, more = (sending, ()) if sends else (receiving, (SITUATION,))
         once, again = Seen(words), Seen(words)
         at_once, in_steps = made(*state), made(*state)
-        event = module.run(at_once, result.link, once, *more)
+        event = module.run(at_once, link, once, *more)
         told, scrubs = None, in_steps.phase == receiving.Phase.SCRUB and not sends
-        while (outcome := module.step(in_steps, result.link, again, *more)) is not False:
+        while (outcome := module.step(in_steps, link, again, *more)) is not False:
             told = outcome if outcome is not True else told
             rests = in_steps.phase == receiving.Phase.WATCH and not in_steps.at
             if told if sends else rests and not scrubs:

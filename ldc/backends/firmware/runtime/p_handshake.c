@@ -1,11 +1,16 @@
 /* See p_handshake.h. M0 to M5 and S1 to S5 are the steps of docs/protocol.md. */
 #include "p_handshake.h"
 
-static uint32_t load(const volatile uint32_t *word) { return __atomic_load_n(word, __ATOMIC_ACQUIRE); }
+/* All accesses to words that the other side sees or writes. Whoever goes through every interleaving of two
+   machines (tests/p_steps.c) has accesses of its own. */
+#ifndef P_LOAD
+#define P_LOAD(word, order) __atomic_load_n(word, order)
+#define P_STORE(word, value, order) __atomic_store_n(word, value, order)
+#endif
 
-static void store(volatile uint32_t *word, uint32_t value) {
-    __atomic_store_n(word, value, __ATOMIC_RELEASE);
-}
+static uint32_t load(const volatile uint32_t *word) { return P_LOAD(word, __ATOMIC_ACQUIRE); }
+
+static void store(volatile uint32_t *word, uint32_t value) { P_STORE(word, value, __ATOMIC_RELEASE); }
 
 static uint32_t is(const p_channel *c, const volatile uint32_t *word) { return load(word) & c->mask; }
 
@@ -54,14 +59,14 @@ static void copied_out(volatile uint32_t *to, const void *from, uint32_t size) {
     for (uint32_t n = 0; n < size; n += 4) {
         uint32_t word;
         __builtin_memcpy(&word, bytes + n, 4);
-        to[n / 4] = word;
+        P_STORE(to + n / 4, word, __ATOMIC_RELAXED);
     }
 }
 
 static void copied_in(void *to, const volatile uint32_t *from, uint32_t size) {
     uint8_t *bytes = to;
     for (uint32_t n = 0; n < size; n += 4) {
-        uint32_t word = from[n / 4];
+        uint32_t word = P_LOAD(from + n / 4, __ATOMIC_RELAXED);
         __builtin_memcpy(bytes + n, &word, 4);
     }
 }
