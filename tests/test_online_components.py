@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from pathlib import Path
 
 import pytest
@@ -120,6 +121,21 @@ def test_a_component_comes_while_the_program_runs(tmp_path, monkeypatch, capsys)
         assert main(["online", "commit"]) == 0
         assert list(Path(tmp_path).glob("*.so")) == []
         assert process.poll() is None
+
+
+@pytest.mark.parametrize("engine", ["vm", "native"])
+def test_what_a_staged_component_breaks_is_told(tmp_path, monkeypatch, engine) -> None:
+    """The runtime had no component when it was started."""
+    project(tmp_path, program="PROGRAM main\nVAR lit : BOOL; END_VAR\nRUNG count\n[TRUE] (lit)\nEND_PROGRAM\n")
+    monkeypatch.chdir(tmp_path)
+    with running(["run", ".", "--online", "--engine", engine, "--watch", "lit"], monkeypatch) as process:
+        project(tmp_path, body=BODY.replace("(void)dt_us;", "if (state->total > 5) *(volatile int *)0 = 1;"))
+        assert main(["online", "stage"]) == 0
+        main(["online", "test"])
+        said = process.stderr.read()
+        assert process.wait(timeout=20) == 1
+        Path(os.environ["LDC_SOCKET"]).unlink()
+    assert "error[LD0805]: a component reads or writes memory that is not there: the run was ended" in said
 
 
 @pytest.mark.parametrize("engine", ["vm", "native"])

@@ -351,11 +351,11 @@ def test_which_step_waits_for_what_is_in_the_status(tmp_path, monkeypatch, capsy
         wait_until(lambda: "step 2 of 2 (`pack`) waits for `pack.eye` (" in status())
 
 
-def test_a_second_runtime_of_a_socket_and_paths_that_are_none(tmp_path, monkeypatch, capsys) -> None:
+def test_a_second_runtime_of_a_socket_and_paths_that_are_none(tmp_path, monkeypatch, capfd) -> None:
     project(tmp_path, '"feed"')
     with at(tmp_path, monkeypatch, "--watch", "trail", "--audit", "log"):
         assert main(["run", ".", "--online"]) == 1
-        assert "has the socket" in capsys.readouterr().err
+        assert "has the socket" in capfd.readouterr().err
         assert [json.loads(line)["action"] for line in Path("log").read_text().splitlines()] == ["started"]
         assert main(["online", "status", "--socket", "x" * 200]) == 1
         assert main(["run", ".", "--online", "--scans", "3", "--no-wait", "--socket", "s", "--audit", "/dev/null/x"]) == 1

@@ -27,10 +27,10 @@ _NO_ROOM = 74
 
 def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callable[[Beat], int],
           arguments: Sequence[str], orderly: bool = False) -> int:
-    """The status of the work, which may be given further components, without the place of what they break.
-    ``arguments``: of the command, for the report of a fault of ldc itself;
-    ``orderly``: an interrupt from the keyboard is left to it. Raises Invalid for a crash, with the component
-    and its line in C, and OSError when there is no room for what the work writes."""
+    """The status of the work. It may get components later, of which only that they break something is told.
+    ``arguments``: of the command, for the report of a fault of ldc itself; ``orderly``: an interrupt from the
+    keyboard is left to it. Raises Invalid for a crash, with the component and its line in C, and OSError when
+    there is no room for what the work writes."""
     diagnostics = Diagnostics()
     handler = host.guard_library(diagnostics) if bindings else None
     if handler is None and bindings:
