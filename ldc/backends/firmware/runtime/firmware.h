@@ -34,8 +34,8 @@ extern uint32_t ldc_retained[];
 /* The scan (scan.c). `ldc_on_fault` is called when a task stops: the record is in the block. */
 void ldc_start(void);
 void ldc_scan(void);
-void ldc_restore(void); /* retain.c */
-void ldc_keep(void);
+int64_t ldc_restore(void); /* retain.c: the time that goes on, 0 when nothing was kept */
+void ldc_keep(int64_t now);
 void ldc_change(const uint32_t *words, uint32_t count);
 void ldc_on_fault(uint32_t task);
 

@@ -31,9 +31,9 @@ void ldc_start(void) {
     __builtin_memset(ldc_block, 0, ldc_size());
     __builtin_memset(states, 0, sizeof states);
     stopped = 0;
-    now = 0;
     ldc_change(ldc_initial, ldc_initial_words);
-    if (ldc_range_count) ldc_restore();
+    /* A timer that is retained goes on; the time without power does not count. */
+    now = ldc_range_count ? ldc_restore() : 0;
     LDC_SYSTEM(ldc_block)->first_scan = 1;
 }
 
@@ -75,6 +75,6 @@ void ldc_scan(void) {
         ldc_change(task->safe, task->safe_words);
     }
     LDC_SYSTEM(ldc_block)->first_scan = 0;
-    if (ldc_range_count) ldc_keep();
     now += ldc_period;
+    if (ldc_range_count) ldc_keep(now);
 }
