@@ -20,11 +20,15 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return in_c.stepped(tmp_path_factory.mktemp("p"))
 
 
+ONE_OR_FAULT = {((1,), False), ((1,), True), ((), True)}
+
+
 @pytest.mark.parametrize(("limits", "transfers", "retries", "found"), [
     pytest.param(Limits(), 3, 2, DELIVERED, id="no disturbance"),
     pytest.param(Limits(late=True), 3, 2, OR_FAULT, id="late"),
     pytest.param(Limits(late=True, lose=1), 3, 1, OR_FAULT, id="an answer lost"),
-    pytest.param(Limits(late=True, corrupt=1), 2, 1, TWO_OR_FAULT, id="a word corrupted"),
+    pytest.param(Limits(late=True, corrupt=1), 2, 0, TWO_OR_FAULT, id="a word corrupted"),
+    pytest.param(Limits(late=True, corrupt=1), 1, 1, ONE_OR_FAULT, id="a word corrupted, sent again"),
     pytest.param(Limits(late=True, reset=2), 2, 0, TWO_OR_FAULT, id="two resets"),
 ])
 @pytest.mark.parametrize("pair", ["C to Python", "Python to C", "C to C"])
