@@ -34,7 +34,7 @@ from runtime.retain_file import Store
 
 TEXT = """PROGRAM main
 VAR RETAIN n : DINT; END_VAR
-VAR a AT %IX0.0 : BOOL; q AT %QX0.0 : BOOL; x : REAL; row : ARRAY [1..3] OF INT; END_VAR
+VAR a AT %IX0.0 : BOOL; q AT %QX0.0 : BOOL; x : REAL; row : ARRAY [1..3] OF INT; rest : TIME := T#1s; END_VAR
 RUNG counts
 <ADD(IN1 := n, IN2 := 1, OUT => n)>
 RUNG shows
@@ -263,8 +263,8 @@ def test_what_users_type_from_another_terminal(engine: str, tmp_path: Path, monk
         assert main(["online", "set", "row[1]", "7"]) == 0
         capsys.readouterr()
         assert main(["online", "forces"]) == 0
-        assert main(["online", "get", "row[1]", "a"]) == 0
-        assert capsys.readouterr().out == "main.a  1\nrow[1]  7\na       1\n"
+        assert main(["online", "get", "row[1]", "rest"]) == 0
+        assert capsys.readouterr().out == "main.a  1\nrow[1]  7\nrest    1000 ms\n"
         assert main(["online", "watch", "row[1],q", "--every", "10ms", "--for", "60ms"]) == 0
         header, *rows = capsys.readouterr().out.splitlines()
         assert header == "scan,t_ms,row[1],q" and len(rows) > 2

@@ -67,7 +67,7 @@ def _unforce(options: argparse.Namespace, path: Path) -> None:
 def _print_values(values: list[Value]) -> None:
     width = max((len(value.path) for value in values), default=0)
     for value in values:
-        print(visible(f"{value.path:<{width}}  {value.value}"))
+        print(visible(f"{value.path:<{width}}  {value.shown}"))
 
 
 def _watch(options: argparse.Namespace, path: Path) -> None:

@@ -34,5 +34,5 @@ def _table(answer: Answer) -> Table:
     table.add_column("value", justify="right")
     for value in answer.values:
         on = value.type == "BOOL" and value.value == "1"
-        table.add_row(Text(value.path), value.type, Text(value.value, "bold green" if on else ""))
+        table.add_row(Text(value.path), value.type, Text(value.shown, "bold green" if on else ""))
     return table

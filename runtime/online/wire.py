@@ -178,6 +178,11 @@ class Value(msgspec.Struct, forbid_unknown_fields=True):
     type: str
     value: str
 
+    @property
+    def shown(self) -> str:
+        """For people: a time has its unit."""
+        return f"{self.value} ms" if self.type == "TIME" else self.value
+
 
 class Trace(msgspec.Struct, forbid_unknown_fields=True):
     """``state``: waiting (for the event), filling, done, lost (its variable is not in the program any more);
