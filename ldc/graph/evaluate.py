@@ -91,12 +91,21 @@ def execute(
     element = graph.elements[index]
     if isinstance(element, Block):
         enter = net_power(graph.heads[index]) if element.power_in is not None else domain.true
-        pins = {p.pin: net_power(p.source) for p in element.inputs if isinstance(p.source, int)}
+        pins = widened(graph, element, {p.pin: net_power(p.source) for p in element.inputs
+                                        if isinstance(p.source, int)}, domain)
         leave, outputs = run_block(index, element, enter, pins, domain)
         given = [] if element.power_out is None else [(graph.tails[index], leave)]
         return given + outputs
     power = run_plain(index, element, net_power(graph.heads[index]), domain, memories)
     return [(graph.tails[index], power)]
+
+
+def widened(graph: RungGraph, block: Block, pins: Mapping[str, Any], domain: Domain) -> Mapping[str, Any]:
+    """What nets bring to pins, in the types of the pins."""
+    found = {p.pin: graph.widening(p) for p in block.inputs if isinstance(p.source, int)}
+    if not any(found.values()):
+        return pins
+    return {pin: value if found[pin] is None else domain.convert(value, *found[pin]) for pin, value in pins.items()}
 
 
 def run_plain(

@@ -98,7 +98,7 @@ class _Rules:
             if not isinstance(pin.source, int) or pin.source in self.settled - {RAIL}:
                 continue
             given, taken = storage(self.graph.net_type(pin.source)), storage(pin.type)
-            if not _same(given, taken):
+            if not _same(given, taken) and self.graph.widening(pin) is None:
                 conversion = None
                 if isinstance(given, Elementary | String) and isinstance(taken, Elementary | String):
                     conversion = functions.conversion(given, taken)

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ldc.model.elements import Block, Element, Net
+from ldc.library import functions
+from ldc.model.elements import Block, Element, Net, PinIn
 from ldc.records import record
 from ldc.source import Span
-from ldc.types import BOOL, Type
+from ldc.types import BOOL, Elementary, Type, storage
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -50,6 +51,13 @@ class RungGraph:
 
     def net_type(self, net: Net) -> Type:
         return self.net_types[net] if net < len(self.net_types) else BOOL
+
+    def widening(self, pin: PinIn) -> tuple[Elementary, Elementary] | None:
+        """The types between which the value of the net at a pin is widened; None when it is not."""
+        given, taken = storage(self.net_type(pin.source)), storage(pin.type)
+        if given == taken or not (isinstance(given, Elementary) and isinstance(taken, Elementary)):
+            return None
+        return (given, taken) if functions.widens(given, taken) else None
 
     def sources(self, index: int) -> tuple[Net, ...]:
         """The nets that element ``index`` waits for: its head first, then the nets at its pins."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ldc.graph.evaluate import Domain, join, recall, remember, run_block, run_plain
+from ldc.graph.evaluate import Domain, join, recall, remember, run_block, run_plain, widened
 from ldc.graph.memory import Memories
 from ldc.graph.order import Turn
 from ldc.graph.rung import RAIL, RungGraph
@@ -74,6 +74,7 @@ class _Run:
         element = self.graph.elements[leaf.index]
         if not isinstance(element, Block):
             return run_plain(leaf.index, element, power, self.domain, self.memories)
+        pins = widened(self.graph, element, pins, self.domain)
         power, given = run_block(leaf.index, element, power, pins, self.domain)
         drawn = [p for p in element.outputs if isinstance(p.target, int)]
         for pin, (net, value) in zip(drawn, given, strict=True):

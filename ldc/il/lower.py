@@ -14,6 +14,7 @@ from ldc.il.emit import Emitter
 from ldc.il.lower_blocks import BlockLowering
 from ldc.il.program import Instr, RungCode
 from ldc.il.values import Value, can_fault, conjunction, disjunction, negation
+from ldc.library import functions
 from ldc.model.elements import Block, Coil, Contact, Jump
 from ldc.records import record
 from ldc.symbols import Variable
@@ -182,6 +183,10 @@ class _Lowering:
         else:
             pins = {name: self.power(tree, TRUE) for name, tree in leaf.pins}
         self._at(leaf.index)
+        for pin in self.graph.elements[leaf.index].inputs:
+            types = self.graph.widening(pin) if pin.pin in pins else None
+            if types is not None:
+                pins[pin.pin] = Apply(functions.conversion(*types), (pins[pin.pin],), types[1])
         return power, pins
 
     def _contact(self, index: int, contact: Contact, power: Value) -> Value:
