@@ -47,6 +47,11 @@ class Failure(Exception):
     """Something outside ldc is in the way (a folder that cannot be written); ends with status 1."""
 
 
+def reason(error: OSError) -> str:
+    """What the system says, and of which file."""
+    return f"`{error.filename}`: {error.strerror}" if error.filename else error.strerror or str(error)
+
+
 class InternalFault(Exception):
     """ldc contradicts itself: a bug, for the report of which `details` is the material; status 3."""
 

@@ -12,7 +12,7 @@ from ldc.backends.firmware import board, components, findings, plan, qemu, remot
 from ldc.backends.firmware.board import Board
 from ldc.backends.firmware.plan import FirmwarePlan, TaskPlan
 from ldc.backends.firmware.tools import Firmware
-from ldc.cli.console import Failure, UsageError, report
+from ldc.cli.console import Failure, UsageError, reason, report
 from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il import block
@@ -97,7 +97,7 @@ def built(found: FirmwarePlan, folder: Path, name: str) -> Firmware:
     try:
         firmware = tools.build(found, folder, name, diagnostics)
     except OSError as error:
-        raise Failure(f"cannot write firmware: {error}") from error
+        raise Failure(f"cannot write firmware: {reason(error)}") from error
     if firmware is None:
         raise Invalid(diagnostics)
     report(diagnostics)
@@ -114,7 +114,7 @@ def run(made: Machine, firmware: Firmware, names: Sequence[str], scans: int, sti
     try:
         trace = qemu.run(on, [image.elf for image in firmware.images], job, timeout(), diagnostics)
     except OSError as error:
-        raise Failure(f"cannot run QEMU: {error}") from error
+        raise Failure(f"cannot run QEMU: {reason(error)}") from error
     if trace is None:
         raise Invalid(diagnostics)
     made.replay(trace)

@@ -11,7 +11,7 @@ import socket
 from collections.abc import Sequence
 from pathlib import Path
 
-from ldc.cli.console import Failure
+from ldc.cli.console import Failure, reason
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import Sources
 from runtime.online import wire
@@ -46,7 +46,7 @@ def _folder() -> Path:
         path.mkdir(mode=0o700, exist_ok=True)
         found = path.lstat()
     except OSError as error:
-        raise Failure(f"cannot make the folder of the socket: {error}") from error
+        raise Failure(f"cannot make the folder of the socket: {reason(error)}") from error
     if found.st_uid != os.getuid() or found.st_mode & 0o077 or path.is_symlink():
         raise Failure(f"`{path}` must be a folder that only you may enter: `chmod 700` it, or set LDC_SOCKET")
     return path

@@ -9,7 +9,7 @@ from ldc import pipeline
 from ldc.backends.c import build
 from ldc.backends.c.gcc import Artifact
 from ldc.cli.compiling import native_code
-from ldc.cli.console import Failure, report
+from ldc.cli.console import Failure, reason, report
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.external import Binding
 from runtime.cost import Cost, Costs
@@ -31,7 +31,7 @@ def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = Non
     try:
         made = build.built(plan, diagnostics, folder)
     except OSError as error:
-        raise Failure(f"cannot write native code: {error}") from error
+        raise Failure(f"cannot write native code: {reason(error)}") from error
     if made is None:
         raise Invalid(diagnostics)
     report(diagnostics)

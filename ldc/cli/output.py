@@ -40,7 +40,7 @@ def writable(path: Path) -> None:
     elif not folder.is_dir():
         number = errno.ENOTDIR
     elif not os.access(path if path.exists() and not path.is_file() else folder, os.W_OK):
-        number = errno.EACCES
+        number = errno.EROFS if os.statvfs(folder).f_flag & os.ST_RDONLY else errno.EACCES
     if number:
         raise Failure(f"cannot write `{path}`: {os.strerror(number)}")
 
