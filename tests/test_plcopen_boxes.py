@@ -57,10 +57,27 @@ def test_modifiers_of_boxes(xml: str, a: str, gives: str) -> None:
     (fbd(BOOLS, value(1, "a", storage="set"), result(2, "q", 1)),
      'input variable 1 `a` at (10, 10) has storage="set"'),
     (anded(result(5, "q", "4.OUT")).replace('formalParameter="OUT">', 'formalParameter="OUT" edge="rising">'),
-     'block 4 `AND` at (40, 10) has edge="rising" at its pin OUT')])
+     'block 4 `AND` at (40, 10) has edge="rising" at its pin OUT'),
+    (ladder(BOOLS, rail(), contact(2, "a", edge="both"), coil(3, "q", 2)),
+     'contact 2 `a` at (20, 10) has edge="both"'),
+    (ladder(BOOLS, rail(), contact(2, "a", storage="set"), coil(3, "q", 2)),
+     'contact 2 `a` at (20, 10) has storage="set"'),
+    (ladder(BOOLS, rail(), contact(2, "a"), coil(3, "q", 2, storage="keep")),
+     'coil 3 `q` at (30, 10) has storage="keep"')])
 def test_modifiers_that_nothing_means_are_told(xml: str, name: str) -> None:
     (found,) = compiled(xml).diagnostics
     assert (found.code, found.message) == ("LD0145", f"main: {name}")
+
+
+def test_modifiers_may_have_capitals() -> None:
+    xml = ladder(BOOLS, rail(), contact(2, "a", edge="Rising"), coil(3, "q", 2, storage="SET"))
+    assert run(xml, [{"a": 0}, {"a": 1}, {"a": 0}], "q") == ["0", "1", "1"]
+
+
+def test_several_points_that_feed_an_element() -> None:
+    xml = ladder(BOOLS, rail(), contact(2, "a"), contact(3, "b"),
+                 element("coil", 4, f"{wires(2)}{wires(3)}<variable>q</variable>"))
+    assert run(xml, [{"a": 0, "b": 0}, {"b": 1}, {"a": 1, "b": 0}], "q") == ["0", "1", "1"]
 
 
 def test_boxes_in_which_no_variable_is_named() -> None:

@@ -15,9 +15,9 @@ _TAGS = {"inVariable": "contact", "outVariable": "coil"}
 
 
 def modifier(node: Node, name: str) -> str:
-    """An attribute `edge` or `storage`; "" when it says nothing."""
+    """An attribute `edge` or `storage` in small letters; "" when it says nothing."""
     found = node.get(name)
-    return "" if found in _NONE else found.strip()
+    return "" if found in _NONE else found.strip().lower()
 
 
 def drawn(node: Node) -> Node:

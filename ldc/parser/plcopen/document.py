@@ -161,9 +161,8 @@ class Node:
                 for wire in self.connections()]
 
     def connections(self) -> Iterator[Node]:
-        """The same as elements."""
-        point = self.find("connectionPointIn")
-        return point.all("connection") if point is not None else iter(())
+        """The same as elements. A few files give an element several inputs, of which any feeds it."""
+        return (wire for point in self.all("connectionPointIn") for wire in point.all("connection"))
 
     def words(self, tag: str) -> Span | None:
         """The text of a child, or None when there is none."""

@@ -179,7 +179,7 @@ class Drawing:
         found = Input(name, node, text=text)
         if node.tag == "variable":
             found.negated = node.flag("negated")
-            found.edge = _EDGES.get((node.get("edge"), found.negated), "")
+            found.edge = _EDGES.get((boxes.modifier(node, "edge"), found.negated), "")
             found.negated &= not found.edge
         return found
 

@@ -7,6 +7,7 @@ each.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
@@ -140,10 +141,22 @@ class RungWriter:
 
     # ---- elements
 
+    def _modifier(self, element: Element, name: str, known: Mapping[str, str]) -> str:
+        """What an attribute `edge` or `storage` of a contact or coil means; what is not known is told."""
+        text = boxes.modifier(element.node, name)
+        if not text or text in known:
+            return known.get(text, "")
+        self.failed = True
+        findings.unsupported(self.diagnostics, element.node.span,
+                             f'{self.drawing.where}: {element.describe()} has {name}="{text[:20]}"', "drawn here",
+                             "edges are rising or falling; a coil sets or resets")
+        return ""
+
     def _contact(self, element: Element) -> None:
         node, span = element.node, element.node.span
         expr = self.expression(node.words("variable"), element)
-        modifier = _MODIFIERS.get(node.get("edge"), "")
+        modifier = self._modifier(element, "edge", _MODIFIERS)
+        self._modifier(element, "storage", {})
         if node.flag("negated"):
             modifier = _OPPOSITE[modifier]
             if modifier == "/" and not isinstance(expr, (ast.Name, ast.Member, ast.Index, ast.Direct)):
@@ -154,7 +167,8 @@ class RungWriter:
     def _coil(self, element: Element) -> None:
         node = element.node
         target = self.expression(node.words("variable"), element)
-        modifier = _STORAGE.get(node.get("storage")) or _MODIFIERS.get(node.get("edge"), "")
+        modifier = (self._modifier(element, "storage", _STORAGE)
+                    or self._modifier(element, "edge", _MODIFIERS))
         net, tail = self.net(element.inputs[0]), self.tail((element.id, ""), node.span)
         if node.flag("negated") and modifier:
             if tail is not None:  # power goes by as it is
