@@ -149,6 +149,15 @@ def test_a_missing_semicolon_costs_only_its_own_declaration() -> None:
     assert [v.name for v in file.pous[0].var_blocks[0].variables] == ["b", "c", "e"]
 
 
+@pytest.mark.parametrize(("rung", "help"), [
+    ("[a] | [b] (q)", "branches stand in braces: `{ [a] | [b] }`"),
+    ("[a] <t: TON(PT := 50ms)> (q)", "a time is written `T#50ms`"),
+])
+def test_what_beginners_write_in_a_rung(rung: str, help: str) -> None:
+    _, (found,) = read(f"PROGRAM p\nRUNG {rung}\nEND_PROGRAM\n")
+    assert found.help == help
+
+
 @pytest.mark.parametrize(("text", "incomplete"), [
     ("PROGRAM p RUNG r [a (q) END_PROGRAM", False),
     ("PROGRAM p RUNG r [a (q) RUNG [b] >>R END_PROGRAM", True),

@@ -127,6 +127,8 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
         return "a coil writes one variable; put an expression into a contact, `[a AND b]`"
     if what == "rung" and kind == "NAME" and not closer and "element" in wanted:
         return "contacts stand in `[ ]`, coils in `( )`, blocks in `< >`; statements belong into a .st file"
+    if what == "rung" and kind == "|" and not closer:
+        return "branches stand in braces: `{ [a] | [b] }`"
     if what == "declaration" and "`;`" in wanted and kind in ("NAME", END):
         return "end the declaration with `;`"
     if what == "declaration" and kind == "..":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
@@ -17,6 +18,7 @@ _PREFIXES = ("NOT", "-", "+")
 _NESTS = {**OPENING, "STRUCT": "END_STRUCT"}
 _CLOSES = frozenset(_NESTS.values())
 _SHOWN = 20
+_DURATION = re.compile(r"\d+(us|ms|[smhd])", re.IGNORECASE)
 
 
 class Units:
@@ -172,7 +174,11 @@ class Units:
         elif span.end - span.start > MAX_WORD and (head[0].isalpha() or head[0] in "_%") and head.isascii():
             self.findings.long_word(index)
         elif head[0].isascii() and (head[0].isalnum() or head[0] == "_"):
-            self.findings.literal(span, Malformed("this is no literal", "`NAME#` is followed by a value"
-                                                  if "#" in span.text else "names do not begin with digits"))
+            help = "names do not begin with digits"
+            if "#" in span.text:
+                help = "`NAME#` is followed by a value"
+            elif _DURATION.fullmatch(span.text):
+                help = f"a time is written `T#{span.text}`"
+            self.findings.literal(span, Malformed("this is no literal", help))
         else:
             self.findings.character(span)
