@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from fractions import Fraction
 
 _UNITS = {
     "d": 86_400_000_000_000,
@@ -20,6 +19,8 @@ _PART = re.compile(r"(\d[\d_]*(?:\.\d+)?)\s*(ms|us|µs|ns|d|h|m|s)_?")
 
 def parse_duration(text: str) -> int | None:
     """Nanoseconds, or None when `text` is no duration, has no unit, or is beyond a signed 64-bit TIME."""
+    from fractions import Fraction  # slow to load, and few commands are told a duration
+
     rest = text.strip().lower()
     rest = re.sub(r"^(t|time)#", "", rest)
     total, at = Fraction(0), 0

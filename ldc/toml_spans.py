@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.source import SourceFile, Span
 
-_BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
-_KEY = re.compile(r"""[ \t]*("(?:\\.|[^"\\\n])*"|'[^'\n]*'|[A-Za-z0-9_-]+)[ \t]*""")
-_STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
-_DATE = re.compile(r"\d{4}-\d\d-\d\d \d\d:[^\s,\]}#]*")  # a date and its time may have a space between them
-_BARE = re.compile(r"[^\s,\[\]{}#\"']+")
+_BLANK = Pattern(r"(?:[ \t\r\n]|#[^\n]*)*")
+_KEY = Pattern(r"""[ \t]*("(?:\\.|[^"\\\n])*"|'[^'\n]*'|[A-Za-z0-9_-]+)[ \t]*""")
+_STRING = Pattern(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
+_DATE = Pattern(r"\d{4}-\d\d-\d\d \d\d:[^\s,\]}#]*")  # a date and its time may have a space between them
+_BARE = Pattern(r"[^\s,\[\]{}#\"']+")
 
 
 @record

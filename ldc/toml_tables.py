@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
@@ -136,6 +135,8 @@ def _dotted(path: Path) -> str:
 
 def parse_toml(source: SourceFile, diagnostics: Diagnostics) -> dict[str, Any] | None:
     """The values of a TOML text, or None with a finding at the place where it breaks."""
+    import tomllib  # slow to load, and a file alone has no project file
+
     try:
         return tomllib.loads(source.text)
     except tomllib.TOMLDecodeError as error:

@@ -10,13 +10,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 
-BASE = {"ldc", "ldc.collector", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr", "ldc.symbols"}
+BASE = {"ldc", "ldc.collector", "ldc.patterns", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr",
+        "ldc.symbols"}
 FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
 COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ldc.components", "ldc.backends"]
 
 MAY_IMPORT: dict[str, set[str]] = {
     "ldc": set(),
     "ldc.collector": set(),
+    "ldc.patterns": set(),
     "ldc.records": set(),
     "ldc.source": {"ldc.records"},
     "ldc.types": {"ldc.records"},

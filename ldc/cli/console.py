@@ -5,7 +5,6 @@ from __future__ import annotations
 import codecs
 import errno
 import os
-import shutil
 import sys
 from collections.abc import Callable, Iterable
 from typing import IO
@@ -103,6 +102,8 @@ def report(diagnostics: Iterable[Diagnostic], locate: Locate | None = None) -> i
     """
     found = list(diagnostics)
     if found:
+        import shutil  # slow to load, and most compiles have nothing to show
+
         width = shutil.get_terminal_size((100, 24)).columns if is_terminal(sys.stderr) else 100
         sys.stdout.flush()
         sys.stderr.write(render(found, color=wants_color(sys.stderr), width=width, locate=locate))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 import sys
 from collections.abc import Iterator
@@ -68,7 +67,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
                 yield file
             return
         # The name is known before the file exists: an interrupt at any moment leaves nothing behind.
-        temporary = path.parent / f".{path.name[:40]}.{secrets.token_hex(8)}"
+        temporary = path.parent / f".{path.name[:40]}.{os.urandom(8).hex()}"
         try:
             with open(temporary, "xb") as file:
                 yield file

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from importlib import resources
 from pathlib import Path
 
 from ldc.components import findings
@@ -68,7 +67,7 @@ def in_folder(folder: Path, deep: bool) -> list[Path]:
 def installed(diagnostics: Diagnostics) -> Iterator[tuple[SourceFile, Path]]:
     """The descriptors of every package that registers some, those of ldc itself first."""
     # Slow to load, and most projects bring all that they use.
-    from importlib import metadata
+    from importlib import metadata, resources
 
     points = sorted(metadata.entry_points(group=GROUP), key=lambda point: (point.name != "ldc", point.name))
     for point in points:

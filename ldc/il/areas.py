@@ -5,10 +5,9 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cache
-from importlib import resources
+from pathlib import Path
 
 from ldc.records import record
 
@@ -59,7 +58,9 @@ class Area:
 @cache
 def areas() -> Mapping[str, Area]:
     """The areas of memory.toml by name."""
-    text = (resources.files("ldc.il") / "memory.toml").read_text(encoding="utf-8")
+    import tomllib  # slow to load, and few programs ask for areas
+
+    text = Path(__file__).with_name("memory.toml").read_text(encoding="utf-8")
     return {
         name: Area(name=name, **{**row, "readers": tuple(row["readers"])})
         for name, row in tomllib.loads(text)["areas"].items()

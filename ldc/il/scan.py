@@ -5,22 +5,23 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from ldc.patterns import Pattern
 from ldc.records import record
 
 DEFERRED = frozenset("AND OR XOR ANDN ORN XORN & &N ADD SUB MUL DIV MOD GT GE EQ NE LE LT".split())
 CALLS = frozenset(("CAL", "CALC", "CALCN"))
 
 _WORD = r"[A-Za-z_]\w*"
-_NOT_CODE = re.compile(
+_NOT_CODE = Pattern(
     r"\(\*.*?(?:\*\)|\Z)|//[^\n]*"
     r"|'(?:\$[^\n]|[^$'\n])*'?|\"(?:\$[^\n]|[^$\"\n])*\"?", re.DOTALL)
-_MARK = re.compile(r"\(\* rung \"([^\"\n]*)\"(?:: ([^\n]*))? \*\)\Z")
-_LINE = re.compile(
+_MARK = Pattern(r"\(\* rung \"([^\"\n]*)\"(?:: ([^\n]*))? \*\)\Z")
+_LINE = Pattern(
     rf"[^\S\n]*(?:({_WORD})[^\S\n]*:(?!=))?[^\S\n]*(?:({_WORD}|&N?|\))[^\S\n]*)?(\(?)[^\S\n]*([^\n]*)",
     re.ASCII | re.IGNORECASE)
-_ARGUMENT = re.compile(rf"(?:(NOT)\s+)?({_WORD})\s*(:=|=>)\s*", re.ASCII | re.IGNORECASE)
-_BRACKET = re.compile(r"[()\[\],]|'(?:\$[^\n]|[^$'\n])*'?|\"(?:\$[^\n]|[^$\"\n])*\"?")
-_NOT_LINE_BREAK = re.compile(r"[^\n]")
+_ARGUMENT = Pattern(rf"(?:(NOT)\s+)?({_WORD})\s*(:=|=>)\s*", re.ASCII | re.IGNORECASE)
+_BRACKET = Pattern(r"[()\[\],]|'(?:\$[^\n]|[^$'\n])*'?|\"(?:\$[^\n]|[^$\"\n])*\"?")
+_NOT_LINE_BREAK = Pattern(r"[^\n]")
 
 
 @record

@@ -10,20 +10,21 @@ import datetime
 import re
 
 from ldc.library.values import DAY, SECOND, to_real
+from ldc.patterns import Pattern
 from ldc.types import Elementary
 
 _UNITS = (("d", DAY), ("h", 3600 * SECOND), ("m", 60 * SECOND), ("s", SECOND), ("ms", 1_000_000),
           ("us", 1_000), ("ns", 1))
 _FLAGS = re.ASCII | re.IGNORECASE
-_DECIMAL = re.compile(r"([+-]?)(\d+(?:_\d+)*)\Z", _FLAGS)
-_BASED = re.compile(r"(2|8|16)#([\dA-F]+(?:_[\dA-F]+)*)\Z", _FLAGS)
-_REAL = re.compile(r"[+-]?(?:\d+(?:_\d+)*(?:\.\d+(?:_\d+)*)?(?:E[+-]?\d+)?|inf|nan)\Z", _FLAGS)
-_SPAN = re.compile(r"(?:T(?:IME)?#)?([+-]?)((?:\d+(?:\.\d+)?(?:d|h|ms|m|s|us|ns)_?)+)\Z", _FLAGS)
-_PART = re.compile(r"(\d+)(?:\.(\d+))?(d|h|ms|m|s|us|ns)_?", _FLAGS)
-_DATE = re.compile(r"(?:D(?:ATE)?#)?(\d{4,8})-(\d\d?)-(\d\d?)\Z", _FLAGS)
+_DECIMAL = Pattern(r"([+-]?)(\d+(?:_\d+)*)\Z", _FLAGS)
+_BASED = Pattern(r"(2|8|16)#([\dA-F]+(?:_[\dA-F]+)*)\Z", _FLAGS)
+_REAL = Pattern(r"[+-]?(?:\d+(?:_\d+)*(?:\.\d+(?:_\d+)*)?(?:E[+-]?\d+)?|inf|nan)\Z", _FLAGS)
+_SPAN = Pattern(r"(?:T(?:IME)?#)?([+-]?)((?:\d+(?:\.\d+)?(?:d|h|ms|m|s|us|ns)_?)+)\Z", _FLAGS)
+_PART = Pattern(r"(\d+)(?:\.(\d+))?(d|h|ms|m|s|us|ns)_?", _FLAGS)
+_DATE = Pattern(r"(?:D(?:ATE)?#)?(\d{4,8})-(\d\d?)-(\d\d?)\Z", _FLAGS)
 _CLOCK = r"(\d\d?):(\d\d?)(?::(\d\d?)(?:\.(\d{1,9}))?)?\Z"
-_TOD = re.compile(r"(?:(?:TOD|TIME_OF_DAY)#)?" + _CLOCK, _FLAGS)
-_DT = re.compile(r"(?:(?:DT|DATE_AND_TIME)#)?(\d{4,8}-\d\d?-\d\d?)-(.*)\Z", _FLAGS)
+_TOD = Pattern(r"(?:(?:TOD|TIME_OF_DAY)#)?" + _CLOCK, _FLAGS)
+_DT = Pattern(r"(?:(?:DT|DATE_AND_TIME)#)?(\d{4,8}-\d\d?-\d\d?)-(.*)\Z", _FLAGS)
 _ERA, _ERA_YEARS = 146_097, 400  # days in 400 years
 _EPOCH = datetime.date(1970, 1, 1).toordinal() - 1
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.resources import files
 
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
@@ -117,4 +116,6 @@ def stored(package: str, name: str, /, **values: object) -> tuple[ast.Pou, ...]:
 
 @cache
 def _text(package: str, file: str) -> str:
+    from importlib.resources import files  # slow to load, and few programs need a supporting POU
+
     return files(package).joinpath("blocks", file).read_text(encoding="ascii")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
 OPENING = {"(": ")", "[": "]", "{": "}"}
@@ -43,7 +44,7 @@ _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")
 _STRING = r"'(?:[^'$\n]++|\$[^\n])*+'"
 _TEXT = r'"(?:[^"$\n]++|\$[^\n])*+"'
-_SCAN = re.compile(
+_SCAN = Pattern(
     rf"""
     (?P<SPACE> [ \t\r\n\f\v]+ )
   | (?P<WORD>  [A-Za-z_]\w*+ (?!\#) )
@@ -71,7 +72,7 @@ _PRAGMA = re.compile(
         (?:[^{}'"]|'[^'\n]*'|"[^"\n]*")*\}""", re.VERBOSE | re.IGNORECASE)
 """What an editor or a compiler may do without."""
 _WORDS = "|".join(sorted(_BOUNDARIES))
-_TO_BOUNDARY = re.compile(
+_TO_BOUNDARY = Pattern(
     rf"""(?: [^\w('"/]++ | (?!(?:{_WORDS})\b) \w++ | \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/
          | {_STRING} | {_TEXT}
          | [^\w] )*+""",

@@ -9,6 +9,8 @@ import re
 from datetime import date
 from math import isinf
 
+from ldc.patterns import Pattern
+
 Parts = tuple[bool | int | float | bytes | str, str | None, str]
 
 _INTEGERS = {f"{u}{s}INT" for u in ("", "U") for s in ("", "S", "D", "L")}
@@ -21,13 +23,13 @@ _STAMPS = {"DT", "DATE_AND_TIME", "LDT", "LDATE_AND_TIME"}
 TYPED = _INTEGERS | _BITS | _REALS | _TIMES | _DATES | _CLOCKS | _STAMPS | {"BOOL", "STRING", "WSTRING"}
 """Prefixes in capitals that make a literal of an elementary type; any other is an enumeration's."""
 
-_NUMBER = re.compile(r"([+-]?)(?:(\d[\d_]*)#)?(\w+)\Z", re.ASCII)
-_REAL = re.compile(r"[+-]?\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d+)?\Z", re.ASCII)
-_DURATION = re.compile(r"(\d[\d_]*)(?:\.(\d[\d_]*))?(MS|US|NS|D|H|M|S)_?")
+_NUMBER = Pattern(r"([+-]?)(?:(\d[\d_]*)#)?(\w+)\Z", re.ASCII)
+_REAL = Pattern(r"[+-]?\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d+)?\Z", re.ASCII)
+_DURATION = Pattern(r"(\d[\d_]*)(?:\.(\d[\d_]*))?(MS|US|NS|D|H|M|S)_?")
 _UNITS = {"D": 86_400_000_000_000, "H": 3_600_000_000_000, "M": 60_000_000_000, "S": 1_000_000_000,
           "MS": 1_000_000, "US": 1_000, "NS": 1}
-_CLOCK = re.compile(r"(\d\d?):(\d\d?)(?::(\d\d?)(?:\.(\d+))?)?\Z", re.ASCII)
-_DATE = re.compile(r"(\d{1,4})-(\d\d?)-(\d\d?)", re.ASCII)
+_CLOCK = Pattern(r"(\d\d?):(\d\d?)(?::(\d\d?)(?:\.(\d+))?)?\Z", re.ASCII)
+_DATE = Pattern(r"(\d{1,4})-(\d\d?)-(\d\d?)", re.ASCII)
 _DIGITS = 400
 _DAY = _UNITS["D"]
 _ESCAPES = {"$": "$", "'": "'", '"': '"', "L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}

@@ -8,13 +8,12 @@ time.
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-import tempfile
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
+
+import msgspec
 
 _FORMAT = "2"
 STARTS = ("rung", "single_expression", "single_type", "single_initial", "statement", "for_head",
@@ -41,14 +40,14 @@ class Tables:
 @cache
 def tables() -> Tables:
     """The tables, from the cache when they are there."""
-    grammar = (resources.files("ldc.parser") / "ladder.lark").read_text(encoding="utf-8")
+    grammar = Path(__file__).with_name("ladder.lark").read_text(encoding="utf-8")
     digest = hashlib.sha256("\0".join((_FORMAT, *STARTS, grammar)).encode()).hexdigest()[:24]
     path = cache_folder() / f"grammar-{digest}.json"
     try:
-        return _decode(json.loads(path.read_text(encoding="utf-8")))
+        return _decode(msgspec.json.decode(path.read_bytes()))
     except (OSError, ValueError, LookupError, TypeError):
         made = _make(grammar)
-    store(path, json.dumps(made, separators=(",", ":")))
+    store(path, msgspec.json.encode(made).decode())
     return _decode(made)
 
 
@@ -60,6 +59,8 @@ def cache_folder() -> Path:
 
 def store(path: Path, text: str) -> None:
     """Writes a file of a cache whole or not at all; a cache that cannot be written is no error."""
+    import tempfile  # slow to load, and a cache is seldom written
+
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)

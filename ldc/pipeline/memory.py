@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import secrets
 import sys
 from functools import cache
 from pathlib import Path
@@ -73,7 +72,7 @@ class Memory:
         data = _encode([self.writer.types, self._used_heads, self._used_rows])
         if len(data) > _MOST:
             return
-        partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(6)}")
+        partial = self.path.with_name(f".{self.path.name}.{os.urandom(6).hex()}")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             try:

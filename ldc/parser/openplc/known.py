@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import re
 
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
 FORMAT = "OpenPLC"
-_PROJECT = re.compile(r'\s*\{\s*"(?:meta|data)"\s*:')
+_PROJECT = Pattern(r'\s*\{\s*"(?:meta|data)"\s*:')
 DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
 """The JSON of a drawing, behind the declarations of its POU."""
 
-_LATE_ADDRESS = re.compile(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)
-_HEAD = re.compile(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
+_LATE_ADDRESS = Pattern(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)
+_HEAD = Pattern(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
 _OTHER_LANGUAGES = (".py", ".cpp")
-_PLACE = re.compile(r"(?:\A|[\\/])pous[\\/](?:programs|functions|function-blocks)[\\/][^\\/]+\.(?:st|il)\Z",
-                    re.IGNORECASE)
+_PLACE = Pattern(r"(?:\A|[\\/])pous[\\/](?:programs|functions|function-blocks)[\\/][^\\/]+\.(?:st|il)\Z",
+                 re.IGNORECASE)
 
 
-_POSITION = re.compile(
+_POSITION = Pattern(
     r'"position"\s*:\s*\{\s*"x"\s*:\s*(-?\d+)[\d.]*\s*,\s*"y"\s*:\s*(-?\d+)[\d.]*\s*\}')
 _NEAR = 50_000
 """Characters before the name of a node in which its position is written."""

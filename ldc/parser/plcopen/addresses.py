@@ -15,15 +15,16 @@ from dataclasses import replace
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import findings
+from ldc.patterns import Pattern
 from ldc.types import ELEMENTARY, Elementary
 
-_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.([0-7]))?\Z")
-_BARE = re.compile(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
-_NO_CODE = re.compile(
+_ADDRESS = Pattern(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.([0-7]))?\Z")
+_BARE = Pattern(r"%[IQM][XBWDL]?\d+(?:\.\d+)*", re.IGNORECASE)
+_NO_CODE = Pattern(
     r"""\saddress\s*=\s*["'][^"'<]*["']|<(comment|documentation)[\s>].*?</\1\s*>|\(\*.*?\*\)"""
     r"""|\bAT\s+%[\w.*]+|"(?:location|documentation|comment)"\s*:\s*"(?:[^"\\]|\\.)*\"""",
     re.DOTALL | re.IGNORECASE)
-_APART = re.compile(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
+_APART = Pattern(r'\sxmlns:ns1="|/tc6\.xsd"|="(?:Beremiz|OpenPLC)', re.IGNORECASE)
 _HEAD = 2_000
 _BYTES = {"X": 0, "B": 1, "W": 2, "D": 4, "L": 8}
 _FAR = 1_024

@@ -10,12 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from html import unescape
 from xml.parsers import expat
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser.plcopen import findings, usual
 from ldc.parser.plcopen.nesting import flat, nests
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
 MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
@@ -28,22 +28,22 @@ _TAG = r"""
        | !--.*?(?:-->|\Z) | !\[CDATA\[.*?(?:\]\]>|\Z) | \?.*?(?:\?>|\Z) )"""
 """A tag, with its end tag when no other element is between; an end tag; what is none. Bends of wires and
 places of pins, half of a drawing, mean nothing to us and are passed over. ``rest``: behind the name in a tag."""
-_WITHIN = re.compile(r"""=\s*+(?:"[^"<>]*+>|')""")
+_WITHIN = Pattern(r"""=\s*+(?:"[^"<>]*+>|')""")
 """A text in which ``>`` may stand in the value of an attribute: there one has to be read after the other."""
-_ANY_TAG = re.compile(_TAG.format(rest=r"""[^<>"']*+(?:"[^<"]*+"[^<>"']*+|'[^<']*+'[^<>"']*+)*+"""),
-                      re.DOTALL | re.VERBOSE)
-_USUAL_TAG = re.compile(_TAG.format(rest="[^<>]*+"), re.DOTALL | re.VERBOSE)
+_ANY_TAG = Pattern(_TAG.format(rest=r"""[^<>"']*+(?:"[^<"]*+"[^<>"']*+|'[^<']*+'[^<>"']*+)*+"""),
+                   re.DOTALL | re.VERBOSE)
+_USUAL_TAG = Pattern(_TAG.format(rest="[^<>]*+"), re.DOTALL | re.VERBOSE)
 _WIRE, _NAMED, _OPEN, _LEAF, _END = 1, 2, 3, 4, 5
 """The last group that matched tells which of them it is; a name alone: an element without an end tag."""
-_MARKUP = re.compile(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
-_NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
-_ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-_USUAL = re.compile(r'''[ ]([^ =<>"/]+)="([^"]*)"''')
+_MARKUP = Pattern(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
+_NUMBER = Pattern(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
+_ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_USUAL = Pattern(r'''[ ]([^ =<>"/]+)="([^"]*)"''')
 """An attribute as nearly all are written: without apostrophes, references and line ends."""
-_CONNECTION = re.compile(r"""<connection (?:refLocalId="(\w++)"(?: formalParameter="(\w*+)")?/?>|[^<>]*+>)""")
-_PLACE = re.compile(r"""x="(\d{1,15})" y="(\d{1,15})"/""", re.ASCII)
+_CONNECTION = Pattern(r"""<connection (?:refLocalId="(\w++)"(?: formalParameter="(\w*+)")?/?>|[^<>]*+>)""")
+_PLACE = Pattern(r"""x="(\d{1,15})" y="(\d{1,15})"/""", re.ASCII)
 _CDATA = "<![CDATA["
-_BLANK = re.compile(r"\r\n|[\t\n\r]")
+_BLANK = Pattern(r"\r\n|[\t\n\r]")
 _TEXTUAL = ("ST", "IL", "STContent")
 _FULL = ("body", *usual.TAGS)
 _ENDS_EARLY = "it ends before its elements are closed"
@@ -264,7 +264,7 @@ class Document:
             if "&" in (head := self.source.text[node.start : inside]):
                 for match in _ATTRIBUTE.finditer(head):
                     (begin, end), value = match.span(match.lastindex), match[match.lastindex]
-                    yield node.start + begin, node.start + end, unescape(value)
+                    yield node.start + begin, node.start + end, _unescaped(value)
             if not node.children or node.tag in _TEXTUAL:
                 raw = self.source.text[inside : node.stop]
                 nested = nests(self.source.text, inside, node.stop)
@@ -365,7 +365,7 @@ def _again(before: str, behind: str) -> dict[str, str]:
 def _parsed(head: str) -> dict[str, str]:
     found = dict(_USUAL.findall(head))
     if 2 * len(found) != head.count('"') or "'" in head or "&" in head or not head.isprintable():
-        found = {name: unescape(_BLANK.sub(" ", one or other))
+        found = {name: _unescaped(_BLANK.sub(" ", one or other))
                  for name, one, other in _ATTRIBUTE.findall(head)}
     return found
 
@@ -389,7 +389,7 @@ def _unmarked(node: Node, raw: str) -> str:
     parts: list[str] = []
     begun = False
     for match in _MARKUP.finditer(raw):
-        text = unescape(match[2]) if match[2] is not None else match[1]
+        text = _unescaped(match[2]) if match[2] is not None else match[1]
         if text is None:
             before, end, last = match[0].rpartition("\n")
             begun = begun and not end
@@ -402,6 +402,15 @@ def _unmarked(node: Node, raw: str) -> str:
         _, end, last = text.rpartition("\n")
         begun = bool(last.strip()) or begun and not end
     return "".join(parts)
+
+
+def _unescaped(text: str) -> str:
+    """With the characters that references stand for."""
+    if "&" not in text:
+        return text
+    from html import unescape  # slow to load, and few drawings have any
+
+    return unescape(text)
 
 
 class _DocumentType(Exception):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
@@ -14,6 +13,7 @@ from ldc.parser.plcopen import additional, boxes, findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
+from ldc.patterns import Pattern
 from ldc.source import Span
 
 Output = tuple[str, str]
@@ -31,8 +31,8 @@ _BOXES = ("inVariable", "outVariable")
 _BOTH = {"inVariable": ("storage",), "inOutVariable": ("edgeIn", "storageIn", "edgeOut", "storageOut")}
 _IGNORED = ("rightPowerRail", "documentation", "addData")
 
-_POSITION = re.compile(r"<(?:[\w.-]+:)?position\s([^>]*)>")
-_COORDINATE = re.compile(r"""\b([xy])\s*=\s*["'](-?\d+(?:\.\d+)?)""")
+_POSITION = Pattern(r"<(?:[\w.-]+:)?position\s([^>]*)>")
+_COORDINATE = Pattern(r"""\b([xy])\s*=\s*["'](-?\d+(?:\.\d+)?)""")
 _NEAR = 100_000
 """Characters behind its beginning in which the last element of a text has its position."""
 

@@ -9,6 +9,7 @@ from ldc.parser import ast, literals
 from ldc.parser.plcopen import findings, kept, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_type
+from ldc.patterns import Pattern
 from ldc.source import Span
 from ldc.types import ELEMENTARY
 
@@ -19,7 +20,7 @@ SECTIONS = {
 _QUOTES = {"STRING": "'", "WSTRING": '"'}
 _SYNONYMS = {"BIT": "BOOL"}
 """Types of other editors that are like one of the standard."""
-_WRITTEN_OUT = re.compile(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
+_WRITTEN_OUT = Pattern(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN", "nonretain": "NON_RETAIN"}
 
 

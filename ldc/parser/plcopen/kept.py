@@ -19,17 +19,18 @@ from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element
 from ldc.parser.plcopen.turns import shown
 from ldc.parser.units import Units
+from ldc.patterns import Pattern
 from ldc.source import Span
 
 NAMESPACE = "urn:ldc:plcopen"
-_NAME = re.compile(r"[A-Za-z_]\w{0,200}\Z", re.ASCII)
+_NAME = Pattern(r"[A-Za-z_]\w{0,200}\Z", re.ASCII)
 _GEOMETRY = ("position", "relPosition", "addData", "documentation")
 _LOOKS = frozenset(("localId", "refLocalId", "height", "width", "globalId", "executionOrderId"))
-_SAFE: dict[str, tuple[re.Pattern[str], Callable[[str], bool | int | float | str]]] = {
-    "bool": (re.compile(r"(True|False)\Z"), lambda text: text == "True"),
-    "int": (re.compile(r"-?\d{1,18}\Z", re.ASCII), int),
-    "float": (re.compile(r"-?\d{1,40}(\.\d{1,40})?(e[+-]?\d{1,3})?\Z", re.ASCII), float),
-    "str": (re.compile(r""), str),
+_SAFE: dict[str, tuple[Pattern, Callable[[str], bool | int | float | str]]] = {
+    "bool": (Pattern(r"(True|False)\Z"), lambda text: text == "True"),
+    "int": (Pattern(r"-?\d{1,18}\Z", re.ASCII), int),
+    "float": (Pattern(r"-?\d{1,40}(\.\d{1,40})?(e[+-]?\d{1,3})?\Z", re.ASCII), float),
+    "str": (Pattern(r""), str),
 }
 _USUAL = {"negated": "false", "edge": "none", "storage": "none", "hidden": "false", "formalParameter": ""}
 

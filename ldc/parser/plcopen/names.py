@@ -18,6 +18,7 @@ from ldc.library import blocks
 from ldc.library.functions import is_function
 from ldc.parser.foreign import RESERVED, Reading
 from ldc.parser.plcopen.document import Document, Node
+from ldc.patterns import Pattern
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
 
@@ -31,19 +32,19 @@ _TYPED = ("derived", "block", "pouInstance")
 _ATTRIBUTES = ("name", "formalParameter", "instanceName", "targetName", "indicator", "duration", "value",
                "lower", "upper", "length", "single", "member", "typeName", "type")
 _TEXTS = ("variable", "expression", "ST", "IL", "InterfaceAsPlainText", "textDeclaration")
-_SPELLED = re.compile(r"""name\s*=\s*["']\s*(\w+)\s*["']""")
-_DECLARING = re.compile(r"<(?:[\w.-]+:)?(variable|value|step|action|transition|pou|dataType)\s[^<>]*\Z")
+_SPELLED = Pattern(r"""name\s*=\s*["']\s*(\w+)\s*["']""")
+_DECLARING = Pattern(r"<(?:[\w.-]+:)?(variable|value|step|action|transition|pou|dataType)\s[^<>]*\Z")
 """Found from the attribute back to its tag: few of the tags of a drawing have a name."""
-_WORDS = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_WORDS = Pattern(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTE = r"""(?:'|"|&apos;|&quot;|&\#39;|&\#34;)"""
-_CODE = re.compile(rf"""
+_CODE = Pattern(rf"""
     \(\* (?: .*?\*\) | .* ) | //[^\r\n]*
   | (?P<quote>{_QUOTE}) (?: \$[^\n] | (?!(?P=quote))[^$\n] )*+ (?P=quote)
   | </?[\w:.-]+(?:\s+[\w:.-]+\s*=\s*(?:"[^"]*"|'[^']*'))*\s*/?> | &[#\w]+; | <!\[CDATA\[
   | (?P<word> (?<![\w.\#%])[A-Za-z_]\w*+(?!\#) ) | [.\#]\s*(?P<member>[A-Za-z_]\w*)""",
                    re.ASCII | re.DOTALL | re.VERBOSE)
 """A name, alone or behind a dot or the name of an enumeration; or what has none in it."""
-_ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*["']([^"']*)["']""")
+_ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*["']([^"']*)["']""")
 
 
 def legal(source: SourceFile, reading: Reading) -> SourceFile:

@@ -12,13 +12,14 @@ from ldc.parser.plcopen import dialect, texts
 from ldc.parser.statements import StatementBody
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
+from ldc.patterns import Pattern
 from ldc.source import Span
 
-_WITHOUT_EFFECT = re.compile(
+_WITHOUT_EFFECT = Pattern(
     r"\{\s*(attribute|warning|info|text|region|endregion|analysis|flow|nobp|bp|docu|messageguid)\b",
     re.IGNORECASE)
 
-_OTHER_CODE = re.compile(r"^[ \t]*(#include\b|void\s+(?:setup|loop)\s*\(\s*\))", re.MULTILINE)
+_OTHER_CODE = Pattern(r"^[ \t]*(#include\b|void\s+(?:setup|loop)\s*\(\s*\))", re.MULTILINE)
 """How a program in C++ begins, which OpenPLC keeps where statements stand."""
 
 

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import re
 
+from ldc.patterns import Pattern
+
 _WIRES = r"""(?:<connection[ ][^<>]*+
     (?:(?<=/)>|>\s*+(?:<position[ ][^<>]*+(?<=/)>\s*+)*+</connection>)\s*+)*+"""
 _POINT = r"""<connectionPoint{side}(?:[ /][^<>]*+)?(?:(?<=/)>|>\s*+(?:<relPosition[ ][^<>]*+(?<=/)>\s*+)?
     {wires}</connectionPoint{side}>)\s*+"""
 _PLACE = r"\s*+(?:<position[ ]([^<>]*+)(?<=/)>\s*+)?"
 _OUT = f"(?:{_POINT.format(side='Out', wires='')})*+"
-_ELEMENT = re.compile(
+_ELEMENT = Pattern(
     rf"{_PLACE}(?:{_POINT.format(side='In', wires=f'({_WIRES})')})?{_OUT}"
     r"(?:<variable>([^<>&]*+)</variable>\s*+)?</(contact|coil)>", re.VERBOSE)
-_RAIL = re.compile(
+_RAIL = Pattern(
     rf"{_PLACE}()(?:{_POINT.format(side='In', wires=_WIRES)})*+{_OUT}()</(leftPowerRail|rightPowerRail)>",
     re.VERBOSE)
-_DECLARED = re.compile(
+_DECLARED = Pattern(
     r"""()()((?!))?\s*+<type>\s*+(?:<derived[ ]name="(?P<derived>[A-Za-z_]\w*+)"/>|(?P<elementary><[A-Z]++/>))
         \s*+</type>\s*+</(variable)>""", re.VERBOSE | re.ASCII)
 PLACE, WIRES, WORDS = 1, 2, 3
