@@ -295,6 +295,24 @@ def test_a_restart_leaves_alone_what_is_retained(tmp_path: Path) -> None:
     assert found[8] == (9, "used", 80 * ms, 4)
 
 
+def test_a_call_executes_a_component_in_steps_of_its_period(tmp_path: Path, monkeypatch, capsys) -> None:
+    """Ten of 1 ms a scan: the same way as in virtual time, bit for bit, some scans earlier."""
+    shutil.copytree(SAMPLES[0].parent / "two_cores", tmp_path / "p")
+    monkeypatch.chdir(tmp_path / "p")
+    descriptor = Path("slide.ldc.toml")
+    descriptor.write_text(descriptor.read_text().replace(
+        'processor = "slave1"', 'processor = "slave1"\nperiod_us = 1000'))
+    watch = ["--scans", "68", "--watch", "slide.position,slide.speed", "--trace"]
+    assert main(["run", ".", *watch, "vm.csv"]) == 0
+    assert main(["run", ".", "--target", "cortex-m33", *watch, "firmware.csv"]) == 0
+    assert "LD1024" in capsys.readouterr().err
+    there, here = ([line.split(",")[2:] for line in Path(name).read_text().splitlines()[1:]]
+                   for name in ("vm.csv", "firmware.csv"))
+    begins = [next(n for n, (position, _) in enumerate(rows) if position == "5.11") for rows in (there, here)]
+    strokes = [rows[begin:begin + 49] for rows, begin in zip((there, here), begins, strict=True)]
+    assert strokes[0] == strokes[1] and strokes[0][-1] == ["120.0", "0.0"]
+
+
 def test_a_build_tells_what_is_where_and_how_large(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     folder = SAMPLES[0].parent / "pump_station"

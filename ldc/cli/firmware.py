@@ -13,6 +13,7 @@ from ldc.backends.firmware.board import Board
 from ldc.backends.firmware.plan import FirmwarePlan, TaskPlan
 from ldc.backends.firmware.tools import Firmware
 from ldc.cli.console import Failure, UsageError, reason, report
+from ldc.components import pace
 from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il import block
@@ -63,7 +64,12 @@ def planned(made: Machine, result: pipeline.Compiled, on: Board, room: Path | No
     if diagnostics.has_errors:
         raise Invalid(diagnostics)
     report(diagnostics)
-    found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, there, others, further)
+    manifest = result.sources.manifest
+    slaves = pace.slaves(manifest.processors) if manifest else frozenset()
+    steps = {number: native.component.period_us for number, native in there
+             if pace.slave_of(native.component, slaves) is not None}
+    found = plan.plan(made.block, on, made.period_ns, tasks, result.natives, parts, there, others, further,
+                      steps)
     made.parts = found.code.map
     return found
 

@@ -70,11 +70,12 @@ class FirmwarePlan:
 
 def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], natives: Sequence[Native] = (),
          parts: Sequence[Part] = (), remotes: Sequence[tuple[int, Native]] = (),
-         remote_parts: Sequence[Part] = (), further: Iterable[tuple[str, str]] = ()) -> FirmwarePlan:
+         remote_parts: Sequence[Part] = (), further: Iterable[tuple[str, str]] = (),
+         steps: Mapping[int, int] = {}) -> FirmwarePlan:
     """Firmware for a program in a block. ``period``: nanoseconds from scan to scan; ``natives``: its
     components in C and C++, ``parts`` the objects of those on the master; ``remotes``: those of the slave,
     each with its number, ``remote_parts`` their objects; ``further``: name and text of more C files of the
-    board."""
+    board; ``steps``: by the number of a component its period in microseconds, when it has one of its own."""
     flags = (*FLAGS, *board.cpu)
     code = emit.plan(memory, flags, map(components.binding, natives))
     own = list(_plant(memory, board, period, tasks))
@@ -83,7 +84,7 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
     shared = remote.windows(board, remotes) if remotes else {}
     if remotes:
         own += [*((name, _ROOM.read(name)) for name in _LINK if name not in dict(own)),
-                ("remotes.c", remote.tables(remotes, False))]
+                ("remotes.c", remote.tables(remotes, False, steps))]
     own += _board(board, shared, slave=False, components=bool(natives))
     own += further
     more = {"places.h": _ROOM.render("places.h.j2", places=list(_places(memory)))} if board.sources else {}
@@ -91,7 +92,7 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
                     shared, more)
     images = (master,)
     if remotes:
-        own = [*((name, _ROOM.read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True)),
+        own = [*((name, _ROOM.read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True, steps)),
                *_board(board, shared, slave=True, components=False)]
         images += (_image("slave1", board, board.second.flash, board.second.ram, (code.header, ()), own,
                           remote_parts, (*flags, "-DLDC_SLAVE"), shared),)

@@ -3,7 +3,7 @@ pass."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ldc.backends.firmware.board import Board
 from ldc.backends.firmware.components import symbol
@@ -17,9 +17,9 @@ from ldc.types import Array, String, Type, storage
 _ENVELOPE, _HEAD = 20, 8
 
 
-def tables(remotes: Sequence[tuple[int, Native]], serves: bool) -> str:
+def tables(remotes: Sequence[tuple[int, Native]], serves: bool, steps: Mapping[int, int]) -> str:
     """The C file with ``ldc_remotes``; the slave (``serves``) has the code, the master calls it by
-    ``ldc_call``."""
+    ``ldc_call``. ``steps``: by the number of a component the microseconds of the steps that a call goes in."""
     lines = ["#include <stdbool.h>", "#include <stddef.h>", '#include "link.h"', ""]
     rows = []
     for at, (number, native) in enumerate(remotes):
@@ -33,7 +33,7 @@ def tables(remotes: Sequence[tuple[int, Native]], serves: bool) -> str:
                   for part, variables in parts.items()]
         sizes = ", ".join(f"sizeof(part_{part}_{at})" for part in parts)
         entry = symbol(number) if serves else "0"
-        rows.append(f"    {{ {entry}, {sizes}, offsetof(part_out_{at}, {ERROR}) }},")
+        rows.append(f"    {{ {entry}, {sizes}, offsetof(part_out_{at}, {ERROR}), {steps.get(number, 0)} }},")
     return "\n".join([*lines, "", f"const uint32_t ldc_remote_count = {len(rows)};",
                       "const ldc_remote ldc_remotes[] = {", *rows, "};", ""])
 

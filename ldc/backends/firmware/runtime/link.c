@@ -36,6 +36,19 @@ static void answer(p_sender *sender, uint32_t aid, const uint8_t *data, uint32_t
     }
 }
 
+/* The time since the last call, in steps of the component's period. One that tells an error is not executed
+   any more in this call. */
+static void executed(const ldc_remote *r, const uint8_t *in, uint8_t *out, uint8_t *state,
+                     uint32_t microseconds) {
+    uint16_t error;
+    do {
+        uint32_t step = r->period && r->period < microseconds ? r->period : microseconds;
+        r->entry(in, out, state, step);
+        microseconds -= step;
+        __builtin_memcpy(&error, out + r->error, 2);
+    } while (microseconds && !error);
+}
+
 void ldc_serve(void) {
     static p_receiver receiver = { .channel = &to_slave, .frame = frame, .data = taken };
     static p_sender sender = { .channel = &to_master };
@@ -50,7 +63,7 @@ void ldc_serve(void) {
         uint8_t *in = sent + 8, *out = in + wide(r->in), *state = out + wide(r->out);
         uint32_t microseconds;
         __builtin_memcpy(&microseconds, sent, 4);
-        r->entry(in, out, state, microseconds);
+        executed(r, in, out, state, microseconds);
         /* Before the outputs: which call this answers. The inputs are not needed any more. */
         __builtin_memcpy(out - 8, &receiver.envelope.seq, 4);
         answer(&sender, receiver.envelope.aid, out - 8, 8 + wide(r->out) + wide(r->state));

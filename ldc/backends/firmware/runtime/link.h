@@ -8,6 +8,7 @@
 typedef struct {
     void (*entry)(const void *in, void *out, void *state, uint32_t microseconds);
     uint32_t in, out, state, error; /* `error`: where in `out` it lies */
+    uint32_t period;                /* microseconds: a call goes in steps of them; 0: in one */
 } ldc_remote;
 
 extern const ldc_remote ldc_remotes[];
