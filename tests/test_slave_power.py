@@ -49,7 +49,7 @@ def test_a_slave_that_has_power_again_goes_on_after_a_reset(tmp_path: Path, engi
     assert run.get("first.axis.error") == Code.SILENT and 0.0 < stood < 10.0
     assert run.get("second.axis.position") == 10.0
     run.scans(5)
-    assert slave.state is Slave.ERROR and not slave.executing and not slave.busy
+    assert slave.state is Slave.ERROR and not slave.executing and not slave.live
     assert run.get("first.axis.error") == BEGUN_ANEW and told(run) == ["LD0845", "LD0861"]
     assert run.system.master.state is Master.STOP and other.state is Slave.STOP
     run.scans(2, reset=True, go=False).scans(3, reset=False)
