@@ -116,3 +116,45 @@ def test_what_is_wrong_is_told(body: str, wanted: list[str]) -> None:
 def test_types_that_are_wrong_are_told(type_: str, wanted: list[str]) -> None:
     text = f"TYPE T : {type_}; END_TYPE PROGRAM main VAR t : T; END_VAR ; END_PROGRAM"
     assert [d.code for d in checked(text, "main.st").diagnostics] == wanted
+
+
+OBJECTS = """INTERFACE IMotor METHOD Go : BOOL END_METHOD END_INTERFACE
+FUNCTION_BLOCK ABSTRACT Base IMPLEMENTS IMotor, Other
+VAR n : INT; p : POINTER TO INT; r : REFERENCE TO INT; END_VAR
+    n := n + 1;
+    METHOD PUBLIC Go : BOOL VAR_INPUT x : INT; END_VAR n := x; END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Motor EXTENDS Base
+VAR m : INT; END_VAR
+VAR_STAT k : INT; END_VAR
+PROPERTY Speed : INT GET m := 1; END_GET END_PROPERTY
+    THIS^.m := 2;
+    k := m + unheard;
+END_FUNCTION_BLOCK
+PROGRAM main VAR f : Motor; n : INT; END_VAR f(); f.Stop(); n := f.Speed; n := ADR(n); END_PROGRAM
+"""
+
+
+def test_objects_and_pointers_are_told_by_name_and_nothing_else() -> None:
+    found = checked(OBJECTS, "main.st").diagnostics
+    told = [d.message.split(" are ")[0] for d in found if d.code == "LD0237"]
+    assert told == ["interfaces", "interfaces", "pointers", "references", "methods", "function blocks that extend others",
+                    "variables that all instances share", "properties", "pointers"]
+    assert [d.code for d in found if d.code != "LD0237"] == []
+
+
+def test_words_of_objects_are_names_elsewhere() -> None:
+    text = """PROGRAM main VAR method, property, pointer, union, abstract, extends : INT; END_VAR
+    method := property + pointer; union := abstract; extends := 1; END_PROGRAM (* END_METHOD END_PROPERTY *)"""
+    assert compiled(text, "main.st")
+
+
+def test_the_bounds_of_an_array_are_constants(tmp_path: Path) -> None:
+    text = """PROGRAM main VAR a : ARRAY [2..5, -1..1] OF INT; i, n : INT; d : DINT; END_VAR
+    FOR i := 2 TO 5 DO n := n + i; END_FOR;
+    d := LOWER_BOUND(a, 2) + 10 * UPPER_BOUND(a, 1);
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.st", [{}], ("n", "d")) == [(14, 49)]
+    wrong = text.replace("(a, 2)", "(a, 3)")
+    assert [d.code for d in checked(wrong, "main.st").diagnostics] == ["LD0405"]

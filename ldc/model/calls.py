@@ -9,14 +9,20 @@ from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import functions
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
-from ldc.model import expressions, wiring
+from ldc.model import expressions, places, type_findings, wiring
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Value
 from ldc.parser import ast
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
-from ldc.types import Instance, Type, is_scalar
+from ldc.types import DINT, Array, Instance, Type, is_scalar
+
+
+_INSTEAD = dict.fromkeys(("ADR", "REF", "__NEW", "__DELETE"),
+                         "pointers are not supported: pass the variable by VAR_IN_OUT, or name it")
+_INSTEAD["SIZEOF"] = "where a variable lies and how many bytes it takes is not told; write the number"
+_BOUNDS = {"LOWER_BOUND": 0, "UPPER_BOUND": 1}
 
 
 def standard_function(key: str) -> Function | None:
@@ -50,11 +56,29 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
                             "this is an instance of a function block",
                             f"call it before, and read its output, `{node.name}.pin`")
         return None
+    if key in _BOUNDS and len(node.arguments) == 2:
+        return _bound(env, node, key, diagnostics)
     function = standard_function(key)
     if function is None:
         unknown_function(env, node.name, node.span, diagnostics)
         return None
     return _standard_function(env, node, function, hint, diagnostics)
+
+
+def _bound(env: Environment, node: ast.Call, key: str, diagnostics: Diagnostics) -> Const | None:
+    """LOWER_BOUND and UPPER_BOUND of the 3rd edition: of a dimension of an array, counted from 1."""
+    array, number = (argument.value for argument in node.arguments)
+    place = places.place(env, array, diagnostics)
+    dimension = expressions.expression(env, number, DINT, diagnostics, "the dimension")
+    if place is None or dimension is None:
+        return None
+    at = expressions.constant(env, dimension)
+    bounds = place.type.bounds if isinstance(place.type, Array) else ()
+    if at is None or not 1 <= at <= len(bounds):
+        type_findings.not_a_value(diagnostics, node.span, f"`{node.name}` needs an array and one of its dimensions",
+                                  f"this has {len(bounds)}", f"write `{node.name}(array, 1)`")
+        return None
+    return Const(bounds[at - 1][_BOUNDS[key]], DINT, node.span)
 
 
 def _only_of_a_call(span: Span, pin: str, diagnostics: Diagnostics) -> None:
@@ -70,7 +94,7 @@ def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics
                             "call it before, `name();`, and read the variables that it writes")
     elif not env.silent(name.upper()):
         findings.unknown_callee(diagnostics, span, name,
-                                suggest(name, (*env.callables(), *functions.names()))
+                                _INSTEAD.get(name.upper()) or suggest(name, (*env.callables(), *functions.names()))
                                 or "declare it as FUNCTION or FUNCTION_BLOCK")
 
 

@@ -21,6 +21,7 @@ from ldc.model.settings import Settings
 from ldc.model.sizes import check_sizes
 from ldc.model.type_table import TypeTable
 from ldc.parser import ast, sfc
+from ldc.parser.findings import BEYOND
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
 from ldc.types import BOOL, INT, Type, blocks_in
@@ -224,13 +225,14 @@ def _what_is_missing(
     and those that lost rungs."""
     incomplete, torn, damaged = False, set(), set()
     for diagnostic in diagnostics:
-        if not diagnostic.code.startswith("LD01") or diagnostic.severity is not Severity.ERROR:
+        beyond = diagnostic.code == BEYOND
+        if not (beyond or diagnostic.code.startswith("LD01")) or diagnostic.severity is not Severity.ERROR:
             continue
         at = diagnostic.primary.span if diagnostic.primary is not None else None
         around = next((key for key, pou in pous.items() if at is not None and _within(pou.span, at)), None)
         if around is None:
             incomplete = True
-        elif _in_body(pous[around], at):
+        elif _in_body(pous[around], at) and not beyond:
             damaged.add(around)
         else:
             torn.add(around)

@@ -21,6 +21,22 @@ def cut(text: str) -> str:
     return text if len(text) <= _CUT else text[: _CUT - 3] + "..."
 
 
+BEYOND = "LD0237"
+"""The code of what other languages have; a POU with such loses names."""
+_FUNCTIONS = "make it a FUNCTION, or an action or a FUNCTION_BLOCK of its own"
+_POINTERS = "pass the variable by VAR_IN_OUT, or name it"
+_BEYOND = {
+    "METHOD": ("methods are", _FUNCTIONS), "PROPERTY": ("properties are", "make it a variable, or an output"),
+    "INTERFACE": ("interfaces are", "leave it out; name the function block that is meant"),
+    "EXTENDS": ("function blocks that extend others are", "declare an instance of the other one as a variable"),
+    "IMPLEMENTS": ("interfaces are", "leave it out; name the function block that is meant"),
+    "VAR_STAT": ("variables that all instances share are", "declare them in VAR_GLOBAL"),
+    "VAR_INST": ("variables of methods are", "declare them in VAR"), "UNION": ("a UNION is", "use a STRUCT, and convert"),
+    "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
+    "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
+}
+
+
 class TooMany(Exception):
     """So much is wrong that reading on helps nobody."""
 
@@ -37,6 +53,12 @@ class Findings:
 
     def _at(self, code: str, message: str, index: int, label: str = "", help: str = "", secondary=()) -> None:
         self.diagnostics.error(code, message, self.tokens.point(index), label, secondary=secondary, help=help)
+
+    def beyond(self, index: int, word: str) -> None:
+        """Something of another language, which this one does not have."""
+        what, help = _BEYOND[word]
+        self.diagnostics.error(BEYOND, f"{what} not supported", self.tokens.point(index),
+                               "this is not read", help=help)
 
     def enough(self, index: int) -> None:
         """Raises TooMany, and tells it, when the file is too wrong to read on at this token."""

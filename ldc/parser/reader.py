@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, charts, sfc, statements
+from ldc.parser.beyond import take_out
 from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
 from ldc.parser.structured import read_body
@@ -85,6 +86,7 @@ class Reader:
     def read(self) -> None:
         types = self.types
         self.findings.readable()
+        self.units.lost |= take_out(self.tokens, self.findings)
         if not types:
             self.findings.empty_file()
         while self.at < len(types):

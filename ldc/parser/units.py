@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser import lr, syntax
+from ldc.parser import beyond, lr, syntax
 from ldc.parser.chart_rules import ChartBuilder
 from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, Findings
 from ldc.parser.lexer import BAD, MAX_TOKENS, MAX_WORD, OPENING, Tokens
@@ -56,6 +56,9 @@ class Units:
                 continue
             value = self.attempt(symbol, at, stop, "declaration")
             if isinstance(value, lr.Failure):
+                if beyond.tell_types(self.tokens, at, stop, self.findings):
+                    self.lost, at = True, stop
+                    continue
                 syntax.explain(value, self.findings, at, stop, "declaration")
                 index = value.index
                 if at < index < stop and ";" in value.expected and self._begins_line(index):
@@ -167,7 +170,9 @@ class Units:
     def _bad_token(self, index: int) -> None:
         span = self.tokens.point(index)
         head = span.source.text[span.start : span.start + 2]
-        if head in ("(*", "/*"):
+        if head[0] == "^":
+            self.findings.beyond(index, "^")
+        elif head in ("(*", "/*"):
             self.findings.open_comment(span.start)
         elif head[0] in "'\"":
             self.findings.open_string(span)
