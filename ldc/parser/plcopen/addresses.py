@@ -1,9 +1,9 @@
 """Addresses of variables as other tools mean them, and what they are here.
 
 In the runtimes of Beremiz and OpenPLC bits, bytes and words lie apart: `%IX0.0` has nothing to do with
-`%IW0`. Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors leave
-addresses open (`%I*`), name channels of devices (`%IX0.1.2`) or bits of words (`%IX0.8`); such a variable
-has no address.
+`%IW0`. Here they overlay one image (ADR 0002), so the wider ones move to where nothing else is. Other editors
+leave addresses open (`%I*`), name channels of devices (`%IX0.1.2`) or bits of words (`%IX0.8`), or give an
+address of another size than the variable's (`%MD4 : TIME`); such a variable has no address.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ def _other_sizes(variables: Iterable[ast.VarDecl]) -> frozenset[str]:
             continue
         width = _BYTES[match[2] or "X"]
         start = int(match[3]) * max(width, 1)
-        type_ = ELEMENTARY.get(variable.type.name.upper()) if isinstance(variable.type, ast.NamedType) else None
+        named = isinstance(variable.type, ast.NamedType)
+        type_ = ELEMENTARY.get(variable.type.name.upper()) if named else None
         bits = type_.bits if isinstance(type_, Elementary) else width * 8 or 1
         end = start + max(bits // 8, 1, width)
         ends.setdefault(match[1], []).append((start, end))
