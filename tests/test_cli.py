@@ -575,9 +575,10 @@ def test_interrupt_ends_quietly_with_130(ldc, monkeypatch) -> None:
     assert ldc("doctor") == (main_module.INTERRUPTED, "", "") == (130, "", "")
 
 
-def test_an_interrupt_while_modules_are_loaded_shows_no_traceback(tmp_path: Path) -> None:
-    """argparse is the first one that the command line needs from Python."""
-    (tmp_path / "argparse.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+@pytest.mark.parametrize("module", ["argparse", "platform"])
+def test_an_interrupt_while_modules_are_loaded_shows_no_traceback(tmp_path: Path, module: str) -> None:
+    """argparse is what the command line needs first from Python, platform is needed by one command."""
+    (tmp_path / f"{module}.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
     paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parent.parent)])
     command = [sys.executable, "-m", "ldc.cli", "doctor"]
     ended = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONPATH": paths})

@@ -11,6 +11,7 @@ from ldc.cli.arguments import make_parser
 from ldc.cli.console import (
     FULL, SHOWABLE, USAGE, WRONG, answered, is_terminal, say, silence_stdout
 )
+from ldc.cli.interrupt import Unheeded
 from ldc.collector import resting
 
 INTERRUPTED, BROKEN_PIPE = 130, 141
@@ -68,6 +69,6 @@ def _run(arguments: Sequence[str]) -> int:
         parser.print_help(sys.stderr)
         return USAGE
     options.arguments = list(arguments)
-    with resting():
+    with resting(), Unheeded():
         command = importlib.import_module(f"ldc.cli.{options.command}")
     return answered(options.command, lambda: command.run(options))
