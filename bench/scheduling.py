@@ -16,7 +16,13 @@ import _programs
 import _tables
 
 from ldc import pipeline
-from runtime.cost import Cost
+from ldc.backends.c import build
+from ldc.diagnostics import Diagnostics
+from ldc.il.layout import lay_out
+from ldc.il.program import Program
+from runtime.cost import Cost, Costs
+from runtime.native import paced as native_paced
+from runtime.native.library import Code
 from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import Thread
 from runtime.timing import Timing
@@ -44,6 +50,15 @@ def activations(log: list | None) -> float:
     return passed * 1e6 / sum(t.counts.executions for threads in scheduler.threads for t in threads)
 
 
+def built(program: Program, cost: Cost) -> Code:
+    """Its native code, to be executed by pieces."""
+    plan = build.planned(program, lay_out(program), 0, cost=Costs(program, cost).one)
+    made = build.built(plan, Diagnostics())
+    if made is None:
+        raise SystemExit("no C compiler")
+    return Code(made.path, made.plan.block, made.plan.map)
+
+
 def scans(scan: Callable[[], None]) -> float:
     """Microseconds a scan."""
     begin = time.process_time()
@@ -58,7 +73,9 @@ def main() -> None:
         source.write_text(_programs.simple_rungs(RUNGS))
         program = pipeline.compile_paths([str(source)]).program
     cost = Cost(instruction=100)
+    fast = built(program, cost)
     ways = {"at once": machine.Machine(program).scan, "by pieces": paced.Machine(program, cost=cost).scan,
+            "native code by pieces": native_paced.Machine(program, native=fast, cost=cost).scan,
             "by pieces, time goes on": Timing(paced.Machine(program, cost=cost)).scan}
     took: dict[str, list[float]] = {name: [] for name in ways}
     bare, logged = [], []

@@ -19,20 +19,26 @@ PieceCosts = Sequence[Mapping[int, int]]
 def piece_costs(machine: Machine, cost: Cost) -> PieceCosts:
     """What the pieces of a machine's program instances cost."""
     costs, layout = Costs(machine.program, cost), machine.layout
-    return tuple(costs.pieces(layout.units[run.pou.upper()]) for run, _ in layout.programs)
+    return tuple(costs.pieces(layout.units[run.pou.upper()]) or {0: 0} for run, _ in layout.programs)
 
 
 class Pieces:
-    """Each ``next`` executes one piece and tells what it cost, in ns. The time and FIRST_SCAN stand still in
-    it, whatever other tasks execute between two pieces. A fault stops the task; the piece that it happened in
-    costs nothing. The length hint is 0 after the last piece, else 1.
+    """Each ``next`` executes one piece and tells what it cost, in ns. The time and FIRST_SCAN stand still
+    in it, whatever other tasks execute between two pieces. A fault stops the task; the piece that it
+    happened in costs nothing. The length hint is 0 after the last piece, else 1.
 
-    ``began``: what the begin of an execution costs, in ns. An engine says ``_begin`` and ``_step``.
+    ``began``: what the begin of an execution costs, in ns. An engine says ``_begin`` and ``__next__``, which
+    is called for every rung: it has the costs of the pieces in ``_costs``, adds ``_extra`` to the first one,
+    notes the rung in ``_rung``, and goes on by ``_enter``.
     """
+
+    __slots__ = ("_machine", "_schedule", "_now", "_all", "_costs", "_first", "_left", "_extra", "_runs",
+                 "_rung", "_number", "_goes_on")
 
     def __init__(self, machine: Machine, schedule: Schedule, now_ns: int, costs: PieceCosts,
                  began: int) -> None:
-        self._machine, self._schedule, self._now, self._costs = machine, schedule, now_ns, costs
+        self._machine, self._schedule, self._now, self._all = machine, schedule, now_ns, costs
+        self._costs: Mapping[int, int] = {}
         self._first, self._left = not machine.scans, schedule.task.watchdog
         self._extra = began
         self._runs = iter(schedule.runs)
@@ -43,19 +49,13 @@ class Pieces:
         """Makes ready for the first piece of a program instance, with ``_left`` backward jumps."""
         raise NotImplementedError
 
-    def _step(self) -> tuple[int, int, bool] | None:
-        """Executes a piece: the number of its first rung, what further passes of loops in it cost, whether
-        the program instance goes on; when not, ``_left`` backward jumps are left to the task. None: a fault
-        has stopped the task."""
-        raise NotImplementedError
-
     def _enter(self) -> None:
         """Goes on with the next program instance of the task."""
         number = next(self._runs, None)
         if number is None:
             self._goes_on = False
         else:
-            self._number = number
+            self._number, self._costs = number, self._all[number]
             self._begin(number)
 
     def __iter__(self) -> Iterator[int]:
@@ -65,18 +65,7 @@ class Pieces:
         return self._goes_on
 
     def __next__(self) -> int:
-        if not self._goes_on or self._schedule.stopped:
-            raise StopIteration
-        number, done = self._number, self._step()
-        if done is None:
-            self._goes_on = False
-            return 0
-        self._rung, more, goes_on = done
-        if not goes_on:
-            self._enter()
-        spent = self._costs[number].get(self._rung, 0) + more + self._extra
-        self._extra = 0
-        return spent
+        raise NotImplementedError
 
     @property
     def place(self) -> Place:

@@ -1,7 +1,7 @@
-"""What communication and algorithms take of the time of their processors, in virtual time (docs/scheduling.md).
+"""What communication and algorithms take of their processors' time, in virtual time (docs/scheduling.md).
 
-A transfer that is served and an algorithm that is executed are pieces, as a rung is: what they do is done when
-they begin, who waits for it is told when their time is over.
+A transfer that is served and an algorithm that is executed are pieces, as a rung is: what they do is done
+when they begin, who waits for it is told when their time is over.
 """
 
 from __future__ import annotations

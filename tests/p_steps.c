@@ -1,8 +1,8 @@
 /* The machines of p_handshake.c, one access to shared memory a call, for tests/test_protocol_c_model.py.
 
-   A step of theirs makes several accesses. One that is stopped between two of them is begun anew and goes through
-   what it did before: what it read is given to it again, what it wrote is not written again. So all that there is
-   to know of it is its state at the begin of the step and what it has read since. */
+   A step of theirs makes several accesses. One that is stopped between two of them is begun anew and goes
+   through what it did before: what it read is given to it again, what it wrote is not written again. So all that
+   there is to know of it is its state at the begin of the step and what it has read since. */
 #include <setjmp.h>
 #include <string.h>
 #include "p_handshake.h"

@@ -51,8 +51,9 @@ def stepped(folder: Path) -> Path:
 
 
 class State(NamedTuple):
-    """``call``: what the owner calls until it is over; ``machine``: its bytes at the begin of the step in work,
-    ``patient``: in which a wait is not taken for too long; ``accesses``: the step has made, and what was read."""
+    """``call``: what the owner calls until it is over; ``machine``: its bytes at the begin of the step in
+    work, ``patient``: in which a wait is not taken for too long; ``accesses``: those that the step has made,
+    and what was read."""
 
     machine: bytes
     call: int

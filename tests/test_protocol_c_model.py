@@ -52,7 +52,8 @@ def test_every_interleaving_with_c_delivers_once_or_ends_in_a_fault(
     pytest.param("        set(c, c->begin);\n", "        set(c, c->running);\n", "",
                  id="running before begin"),
 ])
-def test_the_exploration_finds_what_is_wrong_in_c(tmp_path: Path, correct: str, wrong: str, said: str) -> None:
+def test_the_exploration_finds_what_is_wrong_in_c(tmp_path: Path, correct: str, wrong: str, said: str
+                                                  ) -> None:
     """A step of C that reads too early refuses what is not complete, which costs an attempt: transfers that
     nothing disturbs end in a fault."""
     text = (in_c.ROOM / "p_handshake.c").read_text()

@@ -68,18 +68,30 @@ class Machine(machine.Machine):
 
 
 class _Pieces(Pieces):
+    """``_pace``: of the program instance in work."""
+
+    __slots__ = ("_pace",)
+
     def _begin(self, number: int) -> None:
         pace = self._pace = self._machine.paces[number]
         pace.words[_NOW], pace.words[_WATCHDOG] = self._now, min(self._left, machine.MOST)
         pace.halves[_FIRST_SCAN], pace.halves[_AT] = self._first, _BEGIN
 
-    def _step(self) -> tuple[int, int, bool] | None:
-        pace = self._pace
+    def __next__(self) -> int:
+        schedule = self._schedule
+        if not self._goes_on or schedule.stopped:
+            raise StopIteration
+        pace, costs = self._pace, self._costs
         status = pace.step()
         if status == _FAULT:
             on = self._machine
-            on.stop(self._schedule, *on.library.fault(on.memory, self._schedule.task.watchdog))
-            return None
+            on.stop(schedule, *on.library.fault(on.memory, schedule.task.watchdog))
+            self._goes_on = False
+            return 0
+        rung = self._rung = pace.firsts[pace.halves[_PART]]
+        spent = costs[rung] + pace.words[_SPENT] + self._extra
+        self._extra = 0
         if status == _ENDS:
             self._left = pace.words[_WATCHDOG]
-        return pace.firsts[pace.halves[_PART]], pace.words[_SPENT], status != _ENDS
+            self._enter()
+        return spent

@@ -1,4 +1,4 @@
-"""What transfers cost in virtual time: a model of the work of a processor on its frames (docs/scheduling.md)."""
+"""What transfers cost in virtual time: the work of a processor on its frames (docs/scheduling.md)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ _WRITTEN = (Phase.ANSWER, Phase.IDLE)
 
 
 class Meter:
-    """Of one processor. ``frame_ns``: for each frame that it has written or taken; ``word_ns``: for each of the
-    words of 32 bits in it. A frame that is refused costs its sender alone."""
+    """Of one processor. ``frame_ns``: for each frame that it has written or taken; ``word_ns``: for each of
+    the words of 32 bits in it. A frame that is refused costs its sender alone."""
 
     def __init__(self, frame_ns: int, word_ns: int) -> None:
         self._frame, self._word = frame_ns, word_ns

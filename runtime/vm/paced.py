@@ -105,21 +105,31 @@ class Machine(machine.Machine):
 class _Pieces(Pieces):
     """``_body``: the generator of the program instance in work."""
 
-    def _begin(self, number: int) -> None:
-        self._body = self._machine.code.bodies[number]()
+    __slots__ = ("_namespace", "_meter", "_body")
 
-    def _step(self) -> tuple[int, int, bool] | None:
+    def _begin(self, number: int) -> None:
         code = self._machine.code
-        namespace, meter = code.namespace, code.watchdog
+        self._namespace, self._meter, self._body = code.namespace, code.watchdog, code.bodies[number]()
+
+    def __next__(self) -> int:
+        schedule = self._schedule
+        if not self._goes_on or schedule.stopped:
+            raise StopIteration
+        namespace, meter, costs = self._namespace, self._meter, self._costs
         namespace[NOW], namespace[FIRST_SCAN] = self._now, self._first
-        meter.limit, meter.left, meter.spent = self._schedule.task.watchdog, self._left, 0
-        goes_on = True
+        meter.limit, meter.left, meter.spent = schedule.task.watchdog, self._left, 0
         try:
-            rung = next(self._body)
+            rung = self._rung = next(self._body)
         except StopIteration as end:
-            rung, goes_on = end.value, False
+            rung = self._rung = end.value
+            self._left = meter.left
+            self._enter()
         except FAULTS as error:
-            self._machine.stop(self._schedule, error, code.trace(error.__traceback__))
-            return None
-        self._left = meter.left
-        return rung, meter.spent, goes_on
+            self._machine.stop(schedule, error, self._machine.code.trace(error.__traceback__))
+            self._goes_on = False
+            return 0
+        else:
+            self._left = meter.left
+        spent = costs[rung] + meter.spent + self._extra
+        self._extra = 0
+        return spent
