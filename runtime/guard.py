@@ -96,14 +96,15 @@ class Beat:
 def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
     goes where this process prints to. An interrupt from the keyboard reaches both, SIGTERM is passed on.
-    ``orderly``: this process leaves an interrupt to the work, which puts everything in order."""
+    ``orderly``: this process leaves an interrupt to the work, which puts everything in order, and may get it
+    twice."""
     memory = mmap.mmap(-1, _SIZE)
     child = os.fork()
     if child == 0:
         _exit_with(work, memory)
     before = {signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))}
     if orderly:  # not before the fork: the child would ignore interrupts until it has a handler
-        before[signal.SIGINT] = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, lambda number, frame: _kill(child, number))
     try:
         return _watched(child, memory, hang)
     except BaseException:
