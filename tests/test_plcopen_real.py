@@ -416,6 +416,28 @@ def test_strings_may_have_no_quotes(type_: str, value_: str, gives: int) -> None
     assert run(statements("i := LEN(v);", "i : INT").replace("</localVars>", declared), [{}], "i") == [str(gives)]
 
 
+@pytest.mark.parametrize("section, place", [("inputVars", "%IX0.3"), ("outputVars", "%QX0.3")])
+def test_inputs_and_outputs_of_a_program_may_have_addresses(section: str, place: str) -> None:
+    pins = f'<variable name="a" address="{place}"><type><BOOL/></type></variable>{variables("b : BOOL")}'
+    xml = project(pou("<ST>q := a; b := b;</ST>" if section == "outputVars" else "<ST>q := a;</ST>", "q : BOOL",
+                      sections=f"<{section}>{pins}</{section}>"))
+    assert not findings(xml)
+    (main_,) = built(xml).project.files[0].pous
+    assert [(b.kind, [v.location for v in b.variables]) for b in main_.var_blocks][1] == ("VAR", [place])
+    assert run(xml, [{"a": 1}], "q") == ["1"]
+
+
+def test_an_external_variable_says_no_more_than_its_name() -> None:
+    declared = ('<variable name="a" address="%IX0.3"><type><BOOL/></type><initialValue><simpleValue value="1"/>'
+                "</initialValue></variable>")
+    instances = (f"<configurations><configuration name='c'><globalVars>{declared}</globalVars>"
+                 "<resource name='r'><task name='t' interval='T#10ms' priority='0'>"
+                 "<pouInstance name='i' typeName='main'/></task></resource></configuration></configurations>")
+    program = pou("<ST>q := a;</ST>", "q : BOOL", sections=f"<externalVars>{declared}</externalVars>")
+    assert not findings(project(program, instances=instances))
+    assert [f[:6] for f in findings(project(program))] == ["LD0217"]
+
+
 def test_an_input_of_a_program_that_it_writes() -> None:
     sections = f"<inputVars>{variables('a b : BOOL')}</inputVars>"
     xml = project(pou(f"<LD>{rail()}{contact(2, 'a')}{coil(3, 'b', 2)}</LD>", "", sections=sections))

@@ -22,6 +22,7 @@ from ldc.parser.plcopen import (
     kinds,
     names,
     others,
+    sections,
     texts,
     written,
 )
@@ -74,6 +75,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         loose = tuple(lists.named(block, remarks) for block in loose)
         configurations = tuple(_named(found, lists, remarks) for found in configurations)
     pous += additional.wanted(pous, shared, (found.name for found in (*pous, *types)), source.text)
+    pous = sections.legal(pous, shared, reading)
     pous, loose, configurations = inputs.without_addresses(pous, loose, configurations, reading)
     groups = [loose, *(pou.var_blocks for pou in pous),
               *(holder.var_blocks for c in configurations for holder in (c, *c.resources))]
