@@ -98,8 +98,8 @@ def finish(children: Sequence[Child], seconds: float = 1.0) -> None:
 
 @contextmanager
 def interrupted() -> Iterator[Callable[[], bool]]:
-    """Whether SIGINT or SIGTERM came, which end a run after the scan that is executed. Once one has come, further
-    ones do nothing: the run is ending."""
+    """Whether SIGINT or SIGTERM came, which end a run after the scan that is executed. Once one has come,
+    further ones do nothing: the run is ending."""
     came: list[int] = []
     before = {number: signal.signal(number, lambda number, frame: came.append(number))
               for number in (signal.SIGINT, signal.SIGTERM)}
