@@ -6,14 +6,20 @@ from pathlib import Path
 
 import pytest
 from everywhere import checked, compiled, trace
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 from plcopen_xml import block, coil, contact, pou, project, rail
+from statements import BOOLS, HEAD, TYPES, blocks
 from test_plcopen import run
 
 from ldc.diagnostics import Diagnostics
 from ldc.il import performed
+from ldc.il.st_text import print_st
+from ldc.il.text import print_program
 from ldc.parser import parse_file
 from ldc.parser.format import format_file
 from ldc.source import SourceFile
+from runtime.vm.machine import Machine
 
 PUMP = """FUNCTION_BLOCK pump
 VAR_INPUT run : BOOL; END_VAR
@@ -204,3 +210,31 @@ def test_a_block_that_calls_an_action(type_: str, instance: str) -> None:
     xml = project(adder, main)
     assert run(xml, [{}, {"a": 1}, {}, {"a": 0}], "x.n") == ["0", "1", "2", "2"]
     assert run(xml, [{}, {"a": 1}, {}, {"a": 0}], "q") == ["0", "1", "1", "0"]
+
+
+# ---- any statements
+
+
+@settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=10)
+@given(blocks(2), blocks(2), st.integers(-5, 5))
+def test_an_action_does_what_its_statements_do_in_its_place(first: str, second: str, start: int) -> None:
+    assume("RETURN" not in first + second)
+    around = "FOR n := 1 TO 2 DO {one} IF b0 OR i0 > 0 THEN\n{two} END_IF; END_FOR;\n{one}END_PROGRAM\n"
+    direct = HEAD + around.format(one=first, two=second)
+    called = HEAD + around.format(one="One();", two="Two();").replace("END_PROGRAM", (
+        f"ACTION One:\n{first}Nothing();\nEND_ACTION\nACTION Two:\n{second}END_ACTION\n"
+        "ACTION Nothing: RETURN; i0 := 7; END_ACTION\nEND_PROGRAM"))
+    program = compiled(called, "main.st").program
+    programs = [compiled(direct, "main.st").program, program,
+                compiled(print_program(program), "main.il").program, compiled(print_st(program), "again.st").program]
+    machines = [Machine(one, period_ns=10_000_000) for one in programs]
+    for machine in machines:
+        machine.set("i0", start)
+    for _ in range(2):
+        found = []
+        for machine in machines:
+            machine.scan()
+            found.append("fault" if machine.faults else [machine.get(name) for name in (*TYPES, *BOOLS, "field[1]")])
+        assert found == [found[0]] * len(found), called
+        if found[0] == "fault":
+            return
