@@ -71,10 +71,8 @@ class Beat:
     def watch(self, libraries: Iterable[Path], handler: Path) -> None:
         """Loads the libraries, notes where they lie in memory, and installs the handler of its library.
         Raises OSError when one cannot be loaded."""
-        import cffi  # a run without components does not need it
+        from runtime.c_interface import ffi  # a run without components does not need it
 
-        ffi = cffi.FFI()
-        ffi.cdef("void ldc_guard(int64_t *where);")
         self._alive = [ffi.dlopen(str(path)) for path in libraries], ffi.dlopen(str(handler))
         wanted = {str(path.resolve()) for path in libraries}
         bases: dict[str, int] = {}

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
-
-import cffi
 
 from ldc.il.block import Block
 from ldc.il.external import Binding
 from ldc.records import record
 from runtime import fault_record
+from runtime.c_interface import ffi
 from runtime.faults import Place
 
 ABI = 1
@@ -40,20 +38,19 @@ class Library:
 
     def __init__(self, code: Code) -> None:
         """Raises OSError when the file cannot be loaded, WrongLibrary when it is not of this program."""
-        self.code, self._ffi = code, declared()
-        self._library = self._ffi.dlopen(str(code.path.absolute()))
+        self.code = code
+        self._library = ffi.dlopen(str(code.path.absolute()))
         try:
             fits = self._library.ldc_abi() == ABI and self._library.ldc_size() == code.block.size
         except AttributeError:
             fits = False
         if not fits:
-            self._ffi.dlclose(self._library)
+            ffi.dlclose(self._library)
             raise WrongLibrary(f"{code.path} is no native code for this program")
         self._components = [self._bound(number, binding) for number, binding in enumerate(code.bindings)]
 
     def _bound(self, number: int, binding: Binding):
         """Loads a component and tells the code where it is."""
-        ffi = declared()
         component = ffi.dlopen(str(binding.library))
         memory = ffi.addressof(component, "ldc_memory") if binding.size else ffi.NULL
         self._library.ldc_bind(number, ffi.addressof(component, "ldc_entry"), memory)
@@ -69,18 +66,18 @@ class Library:
 
     def pace(self):
         """Where an execution piece by piece stands: the C structure, and a view on it."""
-        pointer = self._ffi.new("uint8_t[]", PACE + self._library.ldc_frame())
-        return pointer, memoryview(self._ffi.buffer(pointer)).cast("B")
+        pointer = ffi.new("uint8_t[]", PACE + self._library.ldc_frame())
+        return pointer, memoryview(ffi.buffer(pointer)).cast("B")
 
     def close(self) -> None:
         """Unloads the code; it must not be run any more."""
         for library in (self._library, *self._components):
-            self._ffi.dlclose(library)
+            ffi.dlclose(library)
 
     def memory(self, data: bytes):
         """Memory for the code to work on, with these bytes: the C pointer, and a view on it."""
-        pointer = self._ffi.new("uint8_t[]", len(data))
-        view = memoryview(self._ffi.buffer(pointer)).cast("B")
+        pointer = ffi.new("uint8_t[]", len(data))
+        view = memoryview(ffi.buffer(pointer)).cast("B")
         view[:] = data
         return pointer, view
 
@@ -88,13 +85,3 @@ class Library:
         """The fault that a run ended in, and where: calls first. ``limit``: of the watchdog."""
         return fault_record.read(self.code.block, self.code.map, memory, limit)
 
-
-@cache
-def declared() -> cffi.FFI:
-    """The interface of every shared object."""
-    ffi = cffi.FFI()
-    ffi.cdef("uint32_t ldc_abi(void); uint32_t ldc_size(void); int32_t ldc_run(uint8_t *m, uint32_t program);"
-             "int32_t ldc_bind(uint32_t, void (*)(const void *, void *, void *, uint32_t), uint8_t **);"
-             "uint32_t ldc_frame(void); int32_t ldc_step(uint8_t *m, uint32_t program, uint8_t *pace);"
-             "extern uint8_t *ldc_memory; void ldc_entry(const void *, void *, void *, uint32_t);")
-    return ffi

@@ -6,11 +6,10 @@ pins are words of the field, read before an execution and written after it (docs
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from ldc.expr import Place
-from ldc.il import c_types
 from ldc.il.external import Binding
 from ldc.il.placement import ERROR, Placed, same_body
 from ldc.il.program import Instr, Program, Resource, Run, RungCode, Task, Unit
@@ -106,9 +105,9 @@ def makers(program: Program, bindings: Iterable[Binding] = ()) -> dict[str, Make
 
 
 def _opened(binding: Binding) -> object:
-    from cffi import FFI  # which only native code needs
+    from runtime.c_interface import ffi  # which only native code needs
 
-    return FFI().dlopen(str(binding.library))
+    return ffi.dlopen(str(binding.library))
 
 
 def _alone(program: Program, unit: Unit, full: dict[str, Unit]) -> Program:
@@ -135,8 +134,8 @@ def _collect(unit: Unit, full: dict[str, Unit], needed: dict[str, Unit]) -> None
 class NativeAlgorithm:
     """The entry of a component in C or C++, called on its three structures."""
 
-    __slots__ = ("error", "_entry", "_given", "_made", "_kept", "_bytes", "_before", "_names", "_values",
-                 "_reads", "_writes", "_fed", "_enabled", "_owned", "_unit", "_instance")
+    __slots__ = ("error", "_native", "_call", "_before", "_pins", "_values", "_reads", "_writes", "_told",
+                 "_tell", "_fed", "_enabled", "_instance")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -145,28 +144,22 @@ class NativeAlgorithm:
         binding = next((b for b in bindings if b.unit.upper() == unit.name.upper()), None)
         if binding is None:
             raise external.MissingNative(unit)
-        ffi = external.declared(unit)
-        library = ffi.dlopen(str(binding.library))
-        self._entry = library.ldc_entry
-        self._given, self._made, self._kept = (ffi.new(f"ldc_{part} *") for part in ("in", "out", "state"))
-        memory = ffi.new("unsigned char[]", max(binding.size, 1))
-        if binding.size:
-            library.ldc_memory = memory
-        fresh = Memory(lay_out(program)).fresh(Instance(unit.name))
-        self._unit, self._instance = unit, fresh
-        for structure, part in ((self._given, "in"), (self._made, "out"), (self._kept, "state")):
-            for v in c_types.members(unit)[part]:
-                external.to_c(v.name, v.type)(structure, fresh)
-        self._owned = library, memory  # views and the entry do not keep what they point into
-        self._bytes = ffi.buffer(self._made), ffi.buffer(self._kept)
+        native = self._native = external.Native(unit, binding)
+        native.attach()
+        self._call = native.call
+        self._instance = Memory(lay_out(program)).fresh(Instance(unit.name))
+        for structure, data in (native.given, native.made, native.kept):
+            structure.fill(data, self._instance)
+        (given, put), (made, out) = native.given, native.made
         self._before: tuple[bytes, ...] = ()
-        self._names = tuple(c_types.member(p.name) for p in placed.parameters)
-        self._values: list[bool | int | float | None] = [None] * len(self._names)
-        self._reads = tuple((field.reader(p.path), c_types.member(p.name), p.low, p.high)
+        self._pins = tuple(given.setter(put, p.name) for p in placed.parameters)
+        self._values: list[bool | int | float | None] = [None] * len(self._pins)
+        self._reads = tuple((field.reader(p.path), given.setter(put, p.name), p.low, p.high)
                             for p in placed.local if not p.output)
-        self._writes = tuple((field.writer(p.path), c_types.member(p.name), p.initial)
+        self._writes = tuple((made.getter(out, p.name), field.writer(p.path), made.setter(out, p.name), p.initial)
                              for p in placed.local if p.output)
-        self._fed = tuple(c_types.member(p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
+        self._told, self._tell = made.getter(out, ERROR), made.setter(out, ERROR)
+        self._fed = tuple(made.getter(out, p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
         self._enabled = placed.enabled
         self.error = 0
         self.safe()
@@ -176,63 +169,54 @@ class NativeAlgorithm:
         for number, value in enumerate(values):
             if value != held[number]:
                 held[number] = value
-                setattr(self._given, self._names[number], value)
+                self._pins[number](value)
 
     def execute(self, dt_ns: int) -> bool:
-        given, made, error = self._given, self._made, 0
-        powered = not self._enabled or self._values[0]
+        error, powered = 0, not self._enabled or self._values[0]
         if not powered and not self._before:
-            self._before = tuple(map(bytes, self._bytes))
-        for read, name, low, high in self._reads:
+            self._before = self._state()
+        for read, put, low, high in self._reads:
             value = read()
             if low <= value <= high:
-                setattr(given, name, value)
+                put(value)
             else:
                 error = OUT_OF_RANGE if value == value else NOT_A_NUMBER
         if error or self.error:
-            made.error = error
+            self._tell(error)
         if not error:
             microseconds = dt_ns // 1000
-            self._entry(given, made, self._kept, microseconds if microseconds < _MOST else _MOST)
-            error = made.error
+            self._call(microseconds if microseconds < _MOST else _MOST)
+            error = self._told()
         self.error = error
-        for write, name, _ in self._writes:
-            write(getattr(made, name))
+        for read, write, _, _ in self._writes:
+            write(read())
         if powered:
             self._before = ()
             return True
-        before, self._before = self._before, tuple(map(bytes, self._bytes))
+        before, self._before = self._before, self._state()
         return self._before != before
 
+    def _state(self) -> tuple[bytes, ...]:
+        return bytes(self._native.made[1]), bytes(self._native.kept[1])
+
     def outputs(self) -> tuple[bool | int | float, ...]:
-        made = self._made
-        return tuple([getattr(made, name) for name in self._fed])
+        return tuple([read() for read in self._fed])
 
     def safe(self) -> None:
-        for write, name, initial in self._writes:
-            setattr(self._made, name, initial)
+        for _, write, put, initial in self._writes:
+            put(initial)
             write(initial)
 
     def values(self, symbols: Sequence[Symbol]) -> list[object]:
-        from runtime.vm import external
-
-        for structure, v in self._lasting():
-            external.from_c(v.name, v.type)(structure, self._instance)
+        for structure, data in (self._native.made, self._native.kept):
+            structure.take(data, self._instance)
         return [inside(self._instance, symbol.keys) for symbol in symbols]
 
     def put(self, values: Iterable[tuple[Symbol, object]]) -> None:
-        from runtime.vm import external
-
         for symbol, value in values:
             put_inside(self._instance, symbol.keys, value)
-        for structure, v in self._lasting():
-            external.to_c(v.name, v.type)(structure, self._instance)
-
-    def _lasting(self) -> Iterator[tuple[object, Variable]]:
-        """What lives from one execution to the next, and the structure that it is in."""
-        members = c_types.members(self._unit)
-        yield from ((self._made, v) for v in members["out"])
-        yield from ((self._kept, v) for v in members["state"])
+        for structure, data in (self._native.made, self._native.kept):
+            structure.fill(data, self._instance)
 
 
 class UnitAlgorithm:
