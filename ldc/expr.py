@@ -73,7 +73,7 @@ class Place:
 
     def __str__(self) -> str:
         """The place as IEC text, ``a.b[1, i].c``."""
-        return self.root + "".join(_step_text(step) for step in self.steps)
+        return self.root + "".join(map(_step_text, self.steps)) if self.steps else self.root
 
 
 def _step_text(step: Step) -> str:

@@ -16,6 +16,7 @@ from ldc.diagnostics import Diagnostics, Invalid, Locate, Severity
 from ldc.il.external import Binding
 from ldc.il.layout import Layout
 from ldc.manifest import Sources
+from ldc.parser import format_of
 from ldc.pipeline.memory import Memory, memory_of
 
 _QUIET = 0.5
@@ -61,8 +62,8 @@ def coordinated(result: pipeline.Compiled) -> None:
 
 
 def memory_for(sources: Sources) -> Memory | None:
-    """What is remembered of a project that is large enough for it to pay."""
-    if sum(len(file.text) for file in sources.files) < _WORTH:
+    """What is remembered of a project whose ladder text is large enough for it to pay."""
+    if sum(len(file.text) for file in sources.files if format_of(file) is None) < _WORTH:
         return None
     return memory_of(str(sources.manifest.folder) if sources.manifest else sources.files[0].path)
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics, Label
 from ldc.parser import ast
-from ldc.parser.unparse import rung_text
+from ldc.parser.unparse import body_text
 from ldc.parser.unread import UnreadPaths
 
 
@@ -35,7 +34,7 @@ def stem(rung: ast.Rung) -> str:
     """What the key of a rung without a name begins with."""
     if isinstance(rung.paths, UnreadPaths):
         return rung.paths.head.stem
-    text = rung_text(replace(rung, name=None, title=None, name_span=None))
+    text = f"RUNG\n{body_text(rung)}"
     # Identifiers and keywords are one word in any case: respelling them makes no other rung.
     return "r" + hashlib.sha256(text.upper().encode()).hexdigest()[:8]
 

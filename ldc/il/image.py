@@ -108,6 +108,7 @@ class Writer:
     def __init__(self, types: list[list] | None = None, numbers: dict[Type, int] | None = None) -> None:
         self.types: list[list] = [] if types is None else types
         self.numbers: dict[Type, int] = {} if numbers is None else numbers
+        self._seen: dict[int, tuple[Type, int]] = {}  # by identity: nearly all types are one of a few objects
 
     def core(self, program: Program, layout: Layout) -> list:
         units = [self.unit(u) for u in program.units]
@@ -125,6 +126,12 @@ class Writer:
                 *([] if not program.algorithms else [[self.unit(u) for u in program.algorithms]])]
 
     def type(self, type_: Type) -> int:
+        seen = self._seen.get(id(type_))
+        if seen is None:
+            seen = self._seen[id(type_)] = type_, self._number(type_)
+        return seen[1]
+
+    def _number(self, type_: Type) -> int:
         number = self.numbers.get(type_)
         if number is None:
             row = self._type(type_)

@@ -80,8 +80,9 @@ class _UnitPrinter:
         own = [v for v in unit.variables
                if not (unit.kind == "FUNCTION" and v.name.upper() == unit.name.upper())]
         known = {v.name.upper() for v in unit.variables if v.kind == "external"}
-        used = {p.root.upper(): p for r in unit.rungs for i in r.code for p in places(i)
-                if p.is_global and p.root[:1] != "%"}
+        used = dict.fromkeys(p.root.upper() for r in unit.rungs for i in r.code
+                             for p in (places(i) if i.args or i.outputs else (i.operand,))
+                             if type(p) is Place and p.is_global and p.root[:1] != "%")
         missing = [replace(v, name=self.names.globally(v.name), kind="external", location=None, retain=False)
                    for v in (self.globals.get(key) for key in used if key not in known) if v is not None]
         made = [v for v in own if v.name.upper().startswith("_LDC_")]

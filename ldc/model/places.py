@@ -151,7 +151,8 @@ def checked_location(
             diagnostics, span, text, "not understood",
             "addresses are written %IX0.0 (byte.bit, bits 0 to 7), %QB1, %MW2, %ID3, %QL4")
         return None
-    location = replace(location, count=count)
+    if count != 1:
+        location = replace(location, count=count)
     last = location.byte + (location.bit + location.extent + 7) // 8
     if last > image_bytes:
         declaration_findings.bad_address(

@@ -135,6 +135,8 @@ def initial_text(initial: ast.Initial) -> str:
 
 def item_text(item: ast.Item) -> str:
     """An element, or branches, on one line."""
+    if type(item) is ast.Contact and type(item.expr) is ast.Name:  # nearly all are
+        return f"[{_modified(item.modifier)}{item.expr.name}]"
     match item:
         case ast.Contact(modifier, expr):
             return f"[{_modified(modifier)}{expr_text(expr)}]"
@@ -191,4 +193,9 @@ def rung_head(rung: ast.Rung) -> str:
 
 def rung_text(rung: ast.Rung) -> str:
     """A rung in canonical text: its head, then a path on each line, however long."""
-    return rung_head(rung) + "\n" + ";\n".join(INDENT + path_text(path) for path in rung.paths)
+    return f"{rung_head(rung)}\n{body_text(rung)}"
+
+
+def body_text(rung: ast.Rung) -> str:
+    """The lines of a rung below its head."""
+    return ";\n".join([INDENT + path_text(path) for path in rung.paths])
