@@ -231,6 +231,61 @@ def test_operate(expression: str, wanted: int) -> None:
 @pytest.mark.parametrize(
     ("expression", "wanted"),
     [
+        ("MINI(@200/0@,5,-4)", -4),
+        ("ABS(-4)", 4),
+        ("POW(@200/0@,3)", 343),
+        ("POW(@200/1@,0)", 1),
+        ("POW(@200/1@,-2)", -3),
+        ("POW(3,40)", 3**40 % 2**32),
+        ("SHL(@200/0@,2)", 28),
+        ("SHL($60000000,1)", -(1 << 30)),
+        ("SHR(@200/0@,1)", 3),
+        ("SHR(@200/1@,1)", (-3 >> 1) & 0x7FFFFFFF),
+        ("SHR(@200/1@,3)", (-3 >> 3) & 0x7FFFFFFF),
+        ("ROL(@200/1@,1)", -5),
+        ("ROL(@200/0@,1)", 14),
+        ("ROR(@200/0@,1)", 3 - 2**31),
+        ("ROR(6,1)", 3),
+        ("@200/0@/@200/2@+1", 1),
+        ("@200/0@%@200/2@", 0),
+        ("@200/0@/0*3", 0),
+        ("100/@200/0@*2%5", 3),
+        ("@200/0@^3|8", 12),
+        ("$F&@200/0@^$F", 8),
+    ],
+)
+def test_expressions_of_newer_tools(expression: str, wanted: int) -> None:
+    """As in version 0.9.113, whose files have registers; what it shifts out, %S8, is told."""
+    text = project(
+        rung("- - - - - - - # # 60-0/0", "- - - - - - - # # 60-0/1"),
+        rung("- - - - - - - # # 60-0/2"),
+        expressions=("@200/0@:=7", "@200/1@:=-3", f"@200/5@:={expression}"),
+    ).replace("PERIODIC", "SIZE_NBR_REGISTERS=10\nPERIODIC")
+    assert run(text, PATH, [{}], "W5") == [str(wanted)]
+
+
+def test_what_numbers_of_types_mean_in_newer_tools() -> None:
+    text = project(rung("1-70/8 50-0/0"), rung("- - - - - - - # # 60-0/0"),
+                   expressions=("@200/0@:=@300/1@^2",))
+    assert not said(compiled(text, PATH))
+    part = "_FILE-project_infos.txt\nPARAM_VERSION=8\n_/FILE-project_infos.txt\n"
+    infos = text.replace("_FILE-general", f"{part}_FILE-general")
+    assert said(compiled(infos, PATH)) == [
+        "LD0151 ClassicLadder: the system bit %S8 is not supported",
+        "LD0151 ClassicLadder: `^`, which some versions take for a power and some for XOR, is not supported",
+    ]
+    registers = text.replace("PERIODIC", "SIZE_NBR_REGISTERS=10\nPERIODIC")
+    assert said(compiled(registers, PATH)) == [
+        "LD0151 ClassicLadder: the system bit %S8 is not supported",
+        "LD0151 ClassicLadder: the variable type 300 of a register is not supported",
+    ]
+    errors = project(rung("1-75/0 50-75/1"))
+    assert run(errors, PATH, [{"E0": 1}], "E1") == ["1"]
+
+
+@pytest.mark.parametrize(
+    ("expression", "wanted"),
+    [
         ("@200/0@=7", "1"),
         ("@200/0@<>7", "0"),
         ("@200/0@<@200/1@", "0"),

@@ -1,7 +1,8 @@
 """The expressions in compare and operate blocks: ``@200/0@:=MINI(@200/1@,@200/2@)+$1F``, 32 bits wide.
 
 ``@type/offset@`` is a variable, ``@type/offset[type/offset]@`` one that an index chooses. From loose
-to tight: ``|``, ``&``, ``+ -``, ``* / %``, ``^``. As in the tool, ``a ^ b`` squares b times.
+to tight: ``|``, ``&``, ``+ -``, ``* / %``, ``^``. As in the tool, ``a ^ b`` squares b times. In tools with
+registers ``^`` is XOR, between ``|`` and ``&``, and a division by zero gives 0.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 
 from ldc.parser.classicladder.container import Line
+from ldc.parser.classicladder.settings import CLASSIC, REGISTERS
 from ldc.parser.classicladder.variables import Place, Variables, base
 from ldc.source import Span
 
@@ -21,6 +23,8 @@ _TOKEN = re.compile(
 _COMPARISONS = ("<>", "<=", ">=", "<", ">", "=")
 _ADDITIONS = {"+": "+", "-": "-"}
 _PRODUCTS = {"*": "*", "/": "/", "%": "MOD"}
+_SAFE = {"/": "divide", "%": "remainder"}
+_BY = {"POW": "pow", "SHL": "shift_left", "SHR": "shift_right", "ROL": "rotate_left", "ROR": "rotate_right"}
 INDEX = re.compile(r"@(\d{1,4})/\d{1,6}\[")
 
 
@@ -34,6 +38,7 @@ class Expression:
     def __init__(self, variables: Variables, line: Line) -> None:
         self.variables, self.line = variables, line
         self.names: set[str] = set()
+        self.newest = variables.settings.age == REGISTERS
         self.at, self.depth = 0, 0
         self.tokens: list[re.Match] = []
 
@@ -88,7 +93,13 @@ class Expression:
     # ---- the grammar: each gives the text of a DINT expression
 
     def _or(self) -> str:
-        return self._bits("|", "OR", lambda: self._bits("&", "AND", self._sum))
+        return self._bits("|", "OR", self._xor if self.newest else self._and)
+
+    def _xor(self) -> str:
+        return self._bits("^", "XOR", self._and)
+
+    def _and(self) -> str:
+        return self._bits("&", "AND", self._sum)
 
     def _bits(self, operator: str, word: str, operand) -> str:
         operands = [operand()]
@@ -102,7 +113,19 @@ class Expression:
         return self._chain(_ADDITIONS, self._product)
 
     def _product(self) -> str:
-        return self._chain(_PRODUCTS, self._power)
+        return self._zero_divisors() if self.newest else self._chain(_PRODUCTS, self._power)
+
+    def _zero_divisors(self) -> str:
+        """Products where a division by zero gives 0."""
+        made, single = self._term(), True
+        while (operator := self._take(tuple(_PRODUCTS))) is not None:
+            by = self._term()
+            if operator == "*" or by.strip("(-)").isdigit() and by != "0":
+                made, single = f"{made} {_PRODUCTS[operator]} {by}", False
+            else:
+                function = self.variables.supporting(_SAFE[operator])
+                made, single = f"{function}({made}, {by})", True
+        return made if single else f"({made})"
 
     def _chain(self, operators: dict[str, str], operand) -> str:
         parts = [operand()]
@@ -114,6 +137,10 @@ class Expression:
         value = self._term()
         if self._take(("^",)) is None:
             return value
+        if self.variables.settings.age != CLASSIC:
+            self.variables.reading.unsupported(
+                self.line.span, "`^`, which some versions take for a power and some for XOR,",
+                "write it with `*`, or with `|`, `&` and `-`")
         function = self.variables.supporting("power")
         self._deeper()
         times = self._power()
@@ -159,9 +186,9 @@ class Expression:
         self.at += 1
         if self._take(("(",)) is None:
             raise Wrong(f"`(` is missing behind {name}")
-        values = [self._value()]
+        values = [self._argument()]
         while self._take((",",)) is not None:
-            values.append(self._value())
+            values.append(self._argument())
         self._close()
         if name == "ABS" and len(values) == 1:
             return f"ABS({values[0]})"
@@ -169,7 +196,21 @@ class Expression:
             return f"{name[:3]}({', '.join(values)})" if len(values) > 1 else values[0]
         if name in ("MOY", "AVG"):
             return f"(({' + '.join(values)}) / {len(values)})"
+        if name in _BY and len(values) == 2:
+            return f"{self.variables.supporting(_BY[name])}({', '.join(values)})"
+        if name in _BY:
+            raise Wrong(f"{name} takes two values")
         raise Wrong(f"there is no function {name}")
+
+    def _argument(self) -> str:
+        return self._value() if self._number() is None else self._term()
+
+    def _number(self) -> int | None:
+        """The constant that comes next, without its sign."""
+        at = self.at
+        if at < len(self.tokens) and self.tokens[at]["op"] == "-":
+            at += 1
+        return _constant(self.tokens[at]) if at < len(self.tokens) else None
 
     def _value(self) -> str:
         """A variable as a number."""

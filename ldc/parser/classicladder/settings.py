@@ -13,6 +13,7 @@ from ldc.source import Span
 BASES = (60_000, 1_000, 100)
 """Milliseconds of the bases 0, 1 and 2."""
 LADDER, SEQUENTIAL = 0, 1
+CLASSIC, SYSTEM_BITS, REGISTERS = 0, 1, 2
 SWITCHES = 10
 _NUMBERED = re.compile(r"(\d{4}),(.*)\Z", re.DOTALL)
 _CONDITION = re.compile(r"C(\d{1,4}),\d+,(\d{1,4})/(\d{1,6})\s*\Z")
@@ -65,6 +66,9 @@ class Transition:
 
 @dataclass(slots=True)
 class Settings:
+    """``age`` of the tool: CLASSIC up to 0.8 and in LinuxCNC, or what has system bits, or registers too."""
+
+    age: int = CLASSIC
     period: int = 50
     sizes: dict[str, int] = field(default_factory=dict)
     timers: list[Preset] = field(default_factory=list)
@@ -87,6 +91,10 @@ def settings(reading: Reading, parts: dict[str, Part]) -> Settings:
         if not 1 <= found.period <= 3_600_000:
             reading.malformed(general.span, f"a period of {found.period} ms")
             found.period = 50
+    if "SIZE_NBR_REGISTERS" in found.sizes:
+        found.age = REGISTERS
+    elif "project_infos.txt" in parts:
+        found.age = SYSTEM_BITS
     for name in ("timers", "monostables", "counters", "timers_iec"):
         if f"{name}.csv" in parts:
             setattr(found, name, [_preset(reading, name, line) for line in parts[f"{name}.csv"].written])

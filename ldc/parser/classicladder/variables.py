@@ -9,20 +9,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ldc.parser import ast, fragments
-from ldc.parser.classicladder.settings import Preset, Settings
+from ldc.parser.classicladder.settings import CLASSIC, REGISTERS, Preset, Settings
 from ldc.parser.foreign import Names, Reading, stored
 from ldc.records import record
 from ldc.source import Span
 
 PACKAGE = "ldc.parser.classicladder"
 MAX_OFFSET = 100_000
-BIT, WORD, STEP, STEP_TIME, INPUT, OUTPUT = 0, 200, 30, 220, 50, 60
+BIT, WORD, STEP, STEP_TIME, INPUT, OUTPUT, SYSTEM = 0, 200, 30, 220, 50, 60, 70
 _PLAIN = {
     BIT: ("B", "BOOL"),
     STEP: ("X", "BOOL"),
     INPUT: ("I", "BOOL"),
     OUTPUT: ("Q", "BOOL"),
-    70: ("E", "BOOL"),
+    SYSTEM: ("E", "BOOL"),
+    75: ("E", "BOOL"),
     WORD: ("W", "DINT"),
     270: ("IW", "DINT"),
     280: ("QW", "DINT"),
@@ -39,6 +40,8 @@ _PARTS = {10: ("T", "DONE", "BOOL"), 11: ("T", "RUNNING", "BOOL"), 15: ("TM", "Q
           261: ("TM", "VALUE", "DINT")}
 PRESETS = {230: "T", 240: "M", 250: "C", 260: "TM"}
 _COUNT = 251
+_REGISTER_VALUES = range(300, 320)
+"""Of registers, in newer tools; floats in LinuxCNC."""
 BLOCKS = {"T": "timer", "M": "monostable", "C": "counter", "TM": "timer_iec"}
 
 
@@ -89,6 +92,9 @@ class Variables:
         if not 0 <= offset < MAX_OFFSET:
             self.reading.malformed(span, f"there is no variable {kind}/{offset}")
             offset = 0
+        if what := self._newer(kind, offset):
+            self.reading.unsupported(span, what, "see docs/import-classicladder.md")
+            return Place("FALSE" if kind < 200 else "0", "BOOL" if kind < 200 else "DINT", False)
         if index is not None or kind in self.indexed:
             return self._element(kind, offset, span, index)
         if kind in _PLAIN:
@@ -102,6 +108,14 @@ class Variables:
             return Place(self.count(offset, span), "DINT")
         self.reading.unsupported(span, f"the variable type {kind}", "see docs/import-classicladder.md")
         return Place("FALSE" if kind < 200 else "0", "BOOL" if kind < 200 else "DINT", False)
+
+    def _newer(self, kind: int, offset: int) -> str | None:
+        """What a type means that meant something else in older tools."""
+        if kind == SYSTEM and self.settings.age != CLASSIC:
+            return f"the system bit %S{offset}"
+        if kind in _REGISTER_VALUES and self.settings.age == REGISTERS:
+            return f"the variable type {kind} of a register"
+        return None
 
     def supporting(self, file: str) -> str:
         """The name of a block of ours, which is added to the file."""
