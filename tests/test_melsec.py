@@ -233,6 +233,12 @@ def test_comparisons_of_32_bits() -> None:
     assert run(text, [{"D1": 1}, {"D1": 0}], "Y0") == ["1", "0"]
 
 
+def test_values_of_many_relays_are_proven_in_short_time() -> None:
+    """The self-check tries 4,096 states of the relays, not all pairs of states of the two groups."""
+    result = compiled("; QCPU\nLD X100\nADD K4M0 K4M20 D0\n")
+    assert result.program is not None and result.timings["verify"] < 15
+
+
 # ---- controllers that count and name devices otherwise
 
 def test_lists_of_q_count_inputs_in_sixteens() -> None:
@@ -253,6 +259,13 @@ def test_lists_of_q_count_inputs_in_sixteens() -> None:
     ("MOV K2M0 D0", {"M0": True, "M3": True, "M7": True}, "D0", "137"),
     ("MOV D0 K1M4", {"D0": 0b10110}, "M4 M5 M6 M7", "0 1 1 0"),
     ("MOV K1M0 K1M1", {"M0": True, "M2": True}, "M1 M2 M3 M4", "1 0 1 0"),
+    ("MOV K1M1 K1M0", {"M1": True, "M4": True}, "M0 M1 M2 M3 M4", "1 0 0 1 1"),
+    ("MOV K1M0 K2M4", {"M3": True, "M8": True}, "M4 M7 M8 M11", "0 1 0 0"),
+    ("MOV K3M0 D0", {"M11": True, "M0": True}, "D0", "2049"),
+    ("CML K1M0 K2M4", {"M0": True}, "M4 M5 M7 M8 M11", "0 1 1 1 1"),
+    ("MOV K4M0 D0", {"M15": True, "M1": True}, "D0", "-32766"),
+    ("BIN K4M0 D0", {"M12": True, "M1": True}, "D0", "1002"),
+    ("DMOV K5M0 D0", {"M19": True, "M1": True}, "D0 D1", "2 8"),
     ("DMOV K8M0 D0", {"M31": True, "M0": True}, "D0 D1", "1 -32768"),
     ("SET D0.3", {"D0": 1}, "D0", "9"), ("RST D0.0", {"D0": 9}, "D0", "8"), ("OUT D0.F", {}, "D0", "-32768"),
     ("FF M0", {"M0": True}, "M0", "0"), ("MOVP D0.5 D1", {}, "", None),
@@ -286,7 +299,9 @@ def test_clocks_of_q_begin_off() -> None:
 
 # ---- tables of GX Works
 
-def table(*rows: str, gap: str = "\t", head: str = "PLC Information:", cpu: str = "QCPU (Q mode) Q03UDV") -> str:
+def table(
+    *rows: str, gap: str = "\t", head: str = "PLC Information:", cpu: str = "QCPU (Q mode) Q03UDV"
+) -> str:
     """`OUT T0 K5` as a row and one for each further operand; `> words` as a statement."""
     lines = ['"MAIN"', f'"{head}"{gap}"{cpu}"', gap.join(f'"{c}"' for c in (
         "Step No.", "Line Statement", "Instruction", "I/O(Device)", "Blank", "PI Statement", "Note"))]
@@ -320,7 +335,8 @@ def test_tables_in_every_form(data: bytes, tmp_path: Path) -> None:
 
 def test_a_table_of_fx_and_what_is_wrong_in_one() -> None:
     result = compiled(table("LD X10", "OUT Y17", cpu="FXCPU FX3U/FX3UC"), "plant.csv")
-    assert [v.location for section in result.project.files[0].pous[0].var_blocks for v in section.variables] == [
+    sections = result.project.files[0].pous[0].var_blocks
+    assert [v.location for section in sections for v in section.variables] == [
         "%IX1.0", "%QX1.7"]
     lines = table("LD X0", "OUT Y0").splitlines(keepends=True)
     text = "".join([*lines[:3], lines[3], lines[4].replace('"OUT"', '"OUR"'), '""\t""\t""\t"K5"\n'])
@@ -331,8 +347,10 @@ def test_a_table_of_fx_and_what_is_wrong_in_one() -> None:
 
 
 def test_several_lists_share_their_devices() -> None:
-    first, second = table("LD X0", "OUT T0 K1", "LD M1", "OUT Y0"), table("LD T0", "OUT M1", "RST X1", "MOV K1 R0")
-    result = compile_project(Sources((SourceFile("a.csv", first), SourceFile("b.csv", second)), Settings(), None))
+    first = table("LD X0", "OUT T0 K1", "LD M1", "OUT Y0")
+    second = table("LD T0", "OUT M1", "RST X1", "MOV K1 R0")
+    files = SourceFile("a.csv", first), SourceFile("b.csv", second)
+    result = compile_project(Sources(files, Settings(), None))
     assert said(result) == []
     machine = Machine(result.program)
     machine.set("X0", True)
@@ -406,7 +424,8 @@ def test_iec_lists_are_none_of_these() -> None:
 WORDS = st.sampled_from((
     "LD X0", "LDI X1", "AND X2", "OR M0", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP", "OUT Y0", "SET M1",
     "OUT T0 K5", "OUT C0 K2", "RST C0", "MOV K1 D0", "DDIVP D0 D2 D4", "CMP D0 D1 M5", "CJ P1", "P1",
-    "MC N0 M9", "MCR N0", "END", "LD= D0 K5", "FEND", "OUT", "AND", "; words", "K1M0 X", "ZRST C0 C3", "LDP M8002"))
+    "MC N0 M9", "MCR N0", "END", "LD= D0 K5", "FEND", "OUT", "AND", "; words", "K1M0 X", "ZRST C0 C3",
+    "LDP M8002"))
 
 
 @settings(max_examples=80, deadline=None)

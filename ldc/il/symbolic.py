@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from math import prod
 
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
@@ -161,10 +162,7 @@ class Memory:
     def apply(self, op: str, args: list[Value], type_: Type, seen: tuple | None = None) -> Value:
         """A function as an uninterpreted term, for every combination of cases of its arguments. ``seen``: the
         globals when it was called, if that is over."""
-        combinations: list[tuple[tuple, int]] = [((), ALL)]
-        for arg in args:
-            combinations = [((*key, term), lanes & holds) for key, lanes in combinations
-                            for term, holds in self.cases(arg) if lanes & holds]
+        combinations = _combined([self.cases(arg) for arg in args])
         context = self.seen(op) if seen is None else seen
         merged: dict[Term, int] = {}
         for key, lanes in combinations:
@@ -405,6 +403,32 @@ def _varies(step: object) -> bool:
     return step[0] == "ix" and any(isinstance(index, tuple) for index in step[1:])
 
 
+def _combined(args: list[Cases]) -> list[tuple[tuple, int]]:
+    """The combinations of cases that occur, with their assignments: one after the other, or, when the cases
+    are many, by assignment, so that the work is bounded by the number of assignments."""
+    if prod(map(len, args)) > LANES:
+        found: dict[tuple, int] = {}
+        for lane, key in enumerate(zip(*map(_by_lane, args), strict=True)):
+            found[key] = found.get(key, 0) | 1 << lane
+        return list(found.items())
+    combinations: list[tuple[tuple, int]] = [((), ALL)]
+    for arg in args:
+        combinations = [((*key, term), lanes & holds) for key, lanes in combinations
+                        for term, holds in arg if lanes & holds]
+    return combinations
+
+
+def _by_lane(cases: Cases) -> list[Term]:
+    """The term of every assignment."""
+    found = [cases[0][0]] * LANES
+    for term, lanes in cases[1:]:
+        while lanes:
+            lane = lanes.bit_length() - 1
+            found[lane] = term
+            lanes ^= 1 << lane
+    return found
+
+
 def _canonical(merged: dict[Term, int]) -> Value:
     if len(merged) == 1:
         return next(iter(merged))
@@ -414,7 +438,7 @@ def _canonical(merged: dict[Term, int]) -> Value:
 def _order(value: Value) -> object:
     if isinstance(value, Term):
         return (0, value.number)
-    return (1, repr([(t.number, lanes) for t, lanes in value]) if isinstance(value, tuple) else value)
+    return (2, [(t.number, lanes) for t, lanes in value]) if isinstance(value, tuple) else (1, value)
 
 
 def _logic(op: str, values: list[int]) -> int:

@@ -14,7 +14,7 @@ from ldc.source import Span
 
 _DEVICE = re.compile(r"(S[MTD]|ZR|[XYMSTCDLVZBWFR])([0-9A-F]{1,8})\Z")
 _BIT = re.compile(r"([A-Z]+[0-9A-F]+)\.([0-9A-F])\Z")
-_GROUP = re.compile(r"K([1-8])([XYMSLBF])([0-9A-F]+)\Z")
+GROUP = re.compile(r"K([1-8])([XYMSLBF])([0-9A-F]+)\Z")
 _CONSTANT = re.compile(r"K?([+-]?\d{1,11})\Z")
 _HEX = re.compile(r"H([0-9A-F]{1,8})\Z")
 _DIRECTIONS = range(8200, 8235)
@@ -165,7 +165,7 @@ class Devices:
     def group(self, operand: Operand) -> list[Device] | None:
         """The relays of a group such as K4M0, the lowest first; None when the operand is none (nothing is
         told then) or names what is not there."""
-        match = _GROUP.match(operand.text)
+        match = GROUP.match(operand.text)
         first = self.device(Operand(f"{match[2]}{match[3]}", operand.span), COILS, "device with a coil"
                             ) if match is not None else None
         if first is None:
@@ -200,7 +200,7 @@ class Devices:
         found = self.constant(operand, bits)
         if found is not None:
             return found
-        if _GROUP.match(operand.text):
+        if GROUP.match(operand.text):
             return self._gathered(operand, bits)
         device = self.device(operand, WORDS, "value")
         if device is None:
@@ -229,10 +229,15 @@ class Devices:
         if len(relays) > bits:
             self.reading.malformed(operand.span, f"{operand.text} has more than {bits} bits")
             return None
+        names: list[ast.Expr] = [ast.Name(relay.name, operand.span) for relay in relays]
+        if len(names) > 8:
+            width = 16 if bits == 16 else 32
+            names += [ast.Literal(False, None, "FALSE", operand.span)] * (width - len(names))
+            return self.call(f"FX_GROUP_{width}", *names)
         string = "WORD" if bits == 16 else "DWORD"
         found: ast.Expr | None = None
-        for at, relay in enumerate(relays):
-            bit = _call(f"BOOL_TO_{string}", ast.Name(relay.name, operand.span))
+        for at, name in enumerate(names):
+            bit = _call(f"BOOL_TO_{string}", name)
             bit = _call("SHL", bit, ast.Literal(at, None, str(at), operand.span)) if at else bit
             found = bit if found is None else ast.Binary("OR", found, bit, operand.span)
         return _call(f"{string}_TO_{'INT' if bits == 16 else 'DINT'}", found)

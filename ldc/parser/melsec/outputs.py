@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from ldc.parser import ast
-from ldc.parser.melsec.devices import COILS, COUNTERS, REGISTERS, ROWS, TIMERS, Device, Devices
+from ldc.parser.melsec.devices import COILS, COUNTERS, GROUP, REGISTERS, ROWS, TIMERS, Device, Devices
 from ldc.parser.melsec.lines import Instruction, Operand
 from ldc.source import Span
 
@@ -205,7 +205,30 @@ class Outputs:
             paths.append([_move(ast.Binary("<>", bit, none, span), target, span)])
         return paths
 
+    def _copied(self, name: str, operands: Operands, bits: int, span: Span) -> Paths:
+        """MOV or CML of a group of relays into another, relay by relay; None when one of them is none or is
+        too wide."""
+        if not all(GROUP.match(operand.text) for operand in operands):
+            return None
+        source, target = (self.devices.group(operand) for operand in operands)
+        if source is None or target is None or len(source) > bits:
+            return None
+        pairs = []
+        for at, relay in enumerate(target[:bits]):
+            written = self.devices.written(relay, span)
+            if written is None:
+                return None
+            value = ast.Name(source[at].name, span) if at < len(source) else ast.Literal(
+                False, None, "FALSE", span)
+            value = ast.Unary("NOT", value, span) if name == "CML" else value
+            pairs.append([_move(value, written, span)])
+        # A relay that is in both is read before it is written.
+        upwards = source[0].kind == target[0].kind and source[0].number < target[0].number
+        return pairs[::-1] if upwards else pairs
+
     def _move(self, it: Instruction, name: str, bits: int, operands: Operands) -> Paths:
+        if name in ("MOV", "CML") and (paths := self._copied(name, operands, bits, it.span)) is not None:
+            return paths
         values = self._values(operands[:1], bits)
         if values is None:
             return None
