@@ -47,7 +47,8 @@ class Powers:
                           for run in runs for build in builds.get(run.pou.upper(), ())
                           if build.code.key in places[run.pou.upper()])
         self._ends = {(pou, places[pou][build.code.key]): dict(_ends(build.graph)) for pou in used
-                      for build in builds.get(pou, ()) if build.graph is not None and build.code.key in places[pou]}
+                      for build in builds.get(pou, ())
+                      if build.graph is not None and build.code.key in places[pou]}
         self._seen: dict[tuple[str, int], dict[int, bool]] = {}
         self._called: tuple[Frame, tuple[str, int], int, Place] | None = None
 

@@ -105,7 +105,8 @@ def widened(graph: RungGraph, block: Block, pins: Mapping[str, Any], domain: Dom
     found = {p.pin: graph.widening(p) for p in block.inputs if isinstance(p.source, int)}
     if not any(found.values()):
         return pins
-    return {pin: value if found[pin] is None else domain.convert(value, *found[pin]) for pin, value in pins.items()}
+    return {pin: value if found[pin] is None else domain.convert(value, *found[pin])
+            for pin, value in pins.items()}
 
 
 def run_plain(

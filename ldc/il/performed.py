@@ -1,7 +1,7 @@
 """Actions put in where they are called: ``ACT`` becomes the code of the action (docs/st.md).
 
-An action has the variables of its POU, so its code is that of the POU, with labels and temporaries of its own.
-RETURN in it leads behind it. A function block gets its actions once more at its beginning, each executed
+An action has the variables of its POU, so its code is that of the POU, with labels and temporaries of its
+own. RETURN in it leads behind it. A function block gets its actions once more at its beginning, each executed
 instead of the body when the input that chooses one says so.
 """
 
@@ -21,7 +21,7 @@ from ldc.symbols import Variable
 from ldc.types import INT
 
 MOST = 200_000
-"""Instructions of a POU with its actions put in: actions that call actions twice each grow by powers of two."""
+"""Instructions of a POU with its actions put in: where each calls another twice they grow by powers of two."""
 
 _RETURNS = {"RET": "JMP", "RETC": "JMPC", "RETCN": "JMPCN"}
 _NAMED = frozenset(("JMP", "JMPC", "JMPCN", "LABEL"))
@@ -115,7 +115,8 @@ class _Performed:
         """The code of an action once more, with labels that no other copy has; RETURN leads to ``end``."""
         codes = () if self._told else self._code(call)
         self._copies += 1
-        labels = {name.upper(): f"_ldc_c{self._copies}_{number}" for number, name in enumerate(_labels(codes), 1)}
+        labels = {name.upper(): f"_ldc_c{self._copies}_{number}"
+                  for number, name in enumerate(_labels(codes), 1)}
 
         def own(instr: Instr) -> Instr:
             if instr.op in _RETURNS:
@@ -143,7 +144,8 @@ class _Performed:
         if known is None:
             self._open.append(name)
             action = self.actions[name]
-            names = {t.name.upper(): f"_ldc_a{self.numbers[name]}{t.name[len('_ldc'):]}" for t in action.temps}
+            names = {t.name.upper(): f"_ldc_a{self.numbers[name]}{t.name.removeprefix('_ldc')}"
+                     for t in action.temps}
             self.temps.update((new, replace(t, name=new)) for t in action.temps
                               for new in (names[t.name.upper()],))
             made = action.codes if not names else _with_names(action.codes, names)

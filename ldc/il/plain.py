@@ -11,6 +11,7 @@ from dataclasses import replace
 from ldc.expr import Place
 from ldc.il.program import Program, RungCode, Unit
 from ldc.il.rename import renamed
+from ldc.symbols import Variable
 
 
 def has_paths(unit: Unit) -> bool:
@@ -43,8 +44,9 @@ def without_paths(program: Program) -> Program:
     def own(code: RungCode) -> RungCode:
         return replace(code, code=tuple(renamed(i, name_of) for i in code.code))
 
-    units = tuple(
-        replace(unit, rungs=tuple(map(own, unit.rungs)), variables=tuple(
-            replace(v, name=names.get(v.name.upper(), v.name)) for v in unit.variables)) for unit in program.units)
-    return replace(program, units=units, globals=tuple(
-        replace(v, name=names.get(v.name.upper(), v.name)) for v in program.globals))
+    def declared(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
+        return tuple(replace(v, name=names.get(v.name.upper(), v.name)) for v in variables)
+
+    units = tuple(replace(unit, rungs=tuple(map(own, unit.rungs)), variables=declared(unit.variables))
+                  for unit in program.units)
+    return replace(program, units=units, globals=declared(program.globals))

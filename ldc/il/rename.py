@@ -22,7 +22,10 @@ def renamed(instr: Instr, name_of: NameOf) -> Instr:
 
 
 def _place(place: Place, name_of: NameOf) -> Place:
-    steps = tuple(
-        IndexStep(tuple(Load(_place(i.place, name_of)) if isinstance(i, Load) else i for i in s.indexes), s.bounds)
-        if isinstance(s, IndexStep) else s for s in place.steps)
+    steps = tuple(_step(s, name_of) if isinstance(s, IndexStep) else s for s in place.steps)
     return replace(place, root=name_of(place), steps=steps)
+
+
+def _step(step: IndexStep, name_of: NameOf) -> IndexStep:
+    indexes = (Load(_place(i.place, name_of)) if isinstance(i, Load) else i for i in step.indexes)
+    return IndexStep(tuple(indexes), step.bounds)

@@ -104,8 +104,8 @@ def no_memory(diagnostics: Diagnostics, span: Span, pou: str, what: str) -> None
 
 def not_reached(diagnostics: Diagnostics, span: Span, path: str, why: str) -> None:
     diagnostics.error("LD0520", f"`{path}` cannot be reached", span, why,
-                      help="a path leads to a variable of a program that runs once; declare what several programs "
-                      "use in VAR_GLOBAL")
+                      help="a path leads to a variable of a program that runs once; declare what several "
+                      "programs use in VAR_GLOBAL")
 
 
 def action_calls_itself(diagnostics: Diagnostics, span: Span | None, names: list[str]) -> None:
@@ -115,8 +115,8 @@ def action_calls_itself(diagnostics: Diagnostics, span: Span | None, names: list
 
 def actions_too_large(diagnostics: Diagnostics, span: Span | None, most: int) -> None:
     diagnostics.error("LD0519", f"the actions of this POU take more than {most:,} instructions", span,
-                      "this call is too many", help="an action is put in where it is called: make one that is "
-                      "called from many places a FUNCTION_BLOCK")
+                      "this call is too many", help="an action is put in where it is called: make one that "
+                      "is called from many places a FUNCTION_BLOCK")
 
 
 def duplicate_coil(diagnostics: Diagnostics, span: Span, place: str, first: Span, coils: int) -> None:

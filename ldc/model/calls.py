@@ -75,8 +75,8 @@ def _bound(env: Environment, node: ast.Call, key: str, diagnostics: Diagnostics)
     at = expressions.constant(env, dimension)
     bounds = place.type.bounds if isinstance(place.type, Array) else ()
     if at is None or not 1 <= at <= len(bounds):
-        type_findings.not_a_value(diagnostics, node.span, f"`{node.name}` needs an array and one of its dimensions",
-                                  f"this has {len(bounds)}", f"write `{node.name}(array, 1)`")
+        type_findings.not_a_value(diagnostics, node.span,
+                                  f"`{node.name}` needs an array and one of its dimensions", f"this has {len(bounds)}", f"write `{node.name}(array, 1)`")
         return None
     return Const(bounds[at - 1][_BOUNDS[key]], DINT, node.span)
 
@@ -90,11 +90,12 @@ def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics
     """Report a name that is no callable, unless its declaration is known to be broken."""
     own = env.signature(env.pou.upper())
     if own is not None and own.action(name):
-        findings.wrong_kind(diagnostics, span, f"`{name}` cannot be called in an expression", "this is an action",
-                            "call it before, `name();`, and read the variables that it writes")
+        findings.wrong_kind(diagnostics, span, f"`{name}` cannot be called in an expression",
+                            "this is an action", "call it before, `name();`, and read the variables that it writes")
     elif not env.silent(name.upper()):
         findings.unknown_callee(diagnostics, span, name,
-                                _INSTEAD.get(name.upper()) or suggest(name, (*env.callables(), *functions.names()))
+                                _INSTEAD.get(name.upper())
+                                or suggest(name, (*env.callables(), *functions.names()))
                                 or "declare it as FUNCTION or FUNCTION_BLOCK")
 
 

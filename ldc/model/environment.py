@@ -27,8 +27,8 @@ class Environment(Protocol):
         """The variable, and whether it is a global one."""
 
     def path(self, first: str, second: str) -> tuple[Variable, bool] | str | None:
-        """The variable ``second`` of the program or the list of globals ``first``, as ``variable`` gives it; words
-        that say why there is none; None when nothing is called ``first``."""
+        """The variable ``second`` of the program or the list of globals ``first``, as ``variable`` gives it;
+        words that say why there is none; None when nothing is called ``first``."""
 
     def silent(self, key: str) -> bool:
         """Whether an unknown name was reported at its declaration already (no cascades)."""

@@ -74,7 +74,8 @@ def _array(env: Environment, node: ast.Initial, type_: Array, diagnostics: Diagn
                              "write `[value, value, 3(value)]`")
         return None
     # An array of several dimensions may be given row by row.
-    rows = len(type_.bounds) > 1 and any(isinstance(item, ast.Aggregate) and item.items for _, item in node.items)
+    listed = any(isinstance(item, ast.Aggregate) and item.items for _, item in node.items)
+    rows = len(type_.bounds) > 1 and listed
     element = Array(type_.bounds[1:], type_.element) if rows else type_.element
     total = sum(repeat for repeat, _ in node.items) * (element.count if rows else 1)
     if total > type_.count or any(repeat < 0 for repeat, _ in node.items):

@@ -1,8 +1,8 @@
 """Variables of a program that others reach by its name: ``PLC_PRG.level`` (docs/ladder.md).
 
-The standard keeps programs to themselves (3rd edition, 6.6.1.7); many editors do not. A variable that is reached
-is a global variable with the path as its name, which the program itself uses as VAR_EXTERNAL. For this the
-program must be there once.
+The standard keeps programs to themselves (3rd edition, 6.6.1.7); many editors do not. A variable that is
+reached is a global variable with the path as its name, which the program itself uses as VAR_EXTERNAL. For this
+the program must be there once.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from ldc.symbols import Variable
 
 _REACHED = ("local", "input", "output", "external")
 _PATH = re.compile(
-    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)\s*\.\s*([A-Za-z_]\w*)", re.DOTALL)
+    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\""
+    r"|([A-Za-z_]\w*)\s*\.\s*([A-Za-z_]\w*)", re.DOTALL)
 
 
 def programs(model: Model) -> dict[str, str]:
@@ -108,14 +109,16 @@ def _used(model: Model, names: dict[str, str]) -> Iterator[tuple[str, str]]:
             continue
         for first, second in _paths(pou):
             program = names.get(first)
-            if program is not None and program != key and first not in pou.variables and first not in model.globals:
+            hidden = first in pou.variables or first in model.globals
+            if program is not None and program != key and not hidden:
                 yield program, second
 
 
 def _paths(pou: Pou) -> Iterator[tuple[str, str]]:
     """What stands before and behind the first point of a path, in capitals."""
-    body = pou.body
-    stack: list[object] = [*sfc.parts_of(pou), body] if isinstance(body, sfc.SfcBody) else [*sfc.parts_of(pou)]
+    stack: list[object] = list(sfc.parts_of(pou))
+    if isinstance(pou.body, sfc.SfcBody):
+        stack.append(pou.body)
     while stack:
         node = stack.pop()
         if isinstance(node, ast.TextBody):

@@ -90,7 +90,8 @@ class _Typing:
             name, instance = place.type.pou, callee
         signature = self.env.signature(name.upper()) if instance is not None else None
         arguments, enable, told = enabling.apart(node.arguments, signature, self.diagnostics)
-        block = ladder_blocks.block(self.env, _drawn(instance, name, arguments, node), _no_net, self.diagnostics)
+        drawn = _drawn(instance, name, arguments, node)
+        block = ladder_blocks.block(self.env, drawn, _no_net, self.diagnostics)
         return self._called(node, block, enable, told)
 
     def _perform(self, node: st.Invoke, action: action_calls.Called) -> tuple[actions.Action, ...] | None:
@@ -231,8 +232,8 @@ class _Typing:
         self.counting.pop()
         self.written.update(target.root.upper() for target in self.env.taken[taken:])
         variable = self.env.variable(place.root.upper())
-        free = (self.written.isdisjoint((_ANY, place.root.upper())) and not place.steps and not place.is_global
-                and variable is not None and variable[0].location is None)
+        untouched = self.written.isdisjoint((_ANY, place.root.upper()))
+        free = (untouched and not place.steps and not place.is_global and variable is not None and variable[0].location is None)
         self.written |= outer
         if start is None or stop is None or step is None:
             return None

@@ -285,14 +285,16 @@ class TypeTable:
             return False
         base = storage(known.type)
         if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
-            findings.bad_bounds(self._diagnostics, node.span, f"an enumeration of {known.type} is not possible",
-                                "only integers and bit strings have such", "take an integer type")
+            findings.bad_bounds(self._diagnostics, node.span,
+                                f"an enumeration of {known.type} is not possible", "only integers and bit strings have such", "take an integer type")
             return False
         least, greatest = base.range
         for name, number in values:
             if not least <= number <= greatest:
-                findings.bad_bounds(self._diagnostics, node.span, f"`{name}` is {number}, which {base} does not hold",
-                                    f"{base} has {least} to {greatest}", "choose another number or a larger type")
+                findings.bad_bounds(self._diagnostics, node.span,
+                                    f"`{name}` is {number}, which {base} does not hold",
+                                    f"{base} has {least} to {greatest}",
+                                    "choose another number or a larger type")
                 return False
         return True
 

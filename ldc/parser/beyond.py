@@ -1,6 +1,6 @@
 """What other languages of controllers have and this one does not: objects and pointers, told by name.
 
-Methods, properties and interfaces are taken out of a text before it is read, so that the rest of it is checked.
+Methods, properties and interfaces are taken out of a text before it is read, so that the rest is checked.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ _TYPES = {"POINTER": "TO", "REFERENCE": "TO", "REF_TO": "NAME"}
 
 
 def take_out(tokens: Tokens, findings: Findings) -> bool:
-    """Tell and remove what is object-oriented, and sections of variables that instances share. Whether there was
-    any: then names are unknown that the text declares."""
+    """Tell and remove what is object-oriented, and sections of variables that instances share. Whether there
+    was any: then names are unknown that the text declares."""
     text = tokens.source.text.upper()
     if not any(end in text for end in (*_PARTS.values(), *_RELATIONS, *_SECTIONS)):
         return False

@@ -28,10 +28,12 @@ _POINTERS = "pass the variable by VAR_IN_OUT, or name it"
 _BEYOND = {
     "METHOD": ("methods are", _FUNCTIONS), "PROPERTY": ("properties are", "make it a variable, or an output"),
     "INTERFACE": ("interfaces are", "leave it out; name the function block that is meant"),
-    "EXTENDS": ("function blocks that extend others are", "declare an instance of the other one as a variable"),
+    "EXTENDS": ("function blocks that extend others are",
+                "declare an instance of the other one as a variable"),
     "IMPLEMENTS": ("interfaces are", "leave it out; name the function block that is meant"),
     "VAR_STAT": ("variables that all instances share are", "declare them in VAR_GLOBAL"),
-    "VAR_INST": ("variables of methods are", "declare them in VAR"), "UNION": ("a UNION is", "use a STRUCT, and convert"),
+    "VAR_INST": ("variables of methods are", "declare them in VAR"),
+    "UNION": ("a UNION is", "use a STRUCT, and convert"),
     "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
     "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
 }
@@ -194,8 +196,8 @@ class Findings:
 
     def pragma(self, index: int) -> None:
         self._at("LD0118", "this pragma is not understood", index, "a `{` begins it",
-                 "remove it, or put it into a comment; what an editor only shows, `{attribute ...}` and `{region ...}`, "
-                 "may stand in .st files")
+                 "remove it, or put it into a comment; what an editor only shows, `{attribute ...}` and "
+                 "`{region ...}`, may stand in .st files")
 
     def missing_end(self, end: str, opening: int, index: int, found: str) -> None:
         """``opening`` began what ``end`` should close before the token ``index``."""

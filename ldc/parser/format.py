@@ -36,7 +36,8 @@ class _Printer:
     def __init__(self, source_file: ast.File) -> None:
         self.tree, self.text = source_file, source_file.source.text
         self.tokens = lex(source_file.source)
-        bodies = [body.span for p in source_file.pous for body in parts_of(p) if isinstance(body, ast.TextBody)]
+        bodies = [body.span for pou in source_file.pous for body in parts_of(pou)
+                  if isinstance(body, ast.TextBody)]
         free = (c for c in source_file.comments
                 if not any(b.start <= c.span.start < b.end for b in bodies))
         self.comments = Comments(self.text, free)

@@ -45,8 +45,8 @@ def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.F
 
 
 def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
-    """Whether a text file can hold the POU: there, a chart has rungs or statements inside of it, and a POU with
-    one body in Instruction List has no other language."""
+    """Whether a text file can hold the POU: there, a chart has rungs or statements inside of it, and a POU
+    with one body in Instruction List has no other language."""
     inside = parts_of(pou)
     listed = next((body for body in inside if isinstance(body, ast.TextBody)), None)
     other = isinstance(pou.body, SfcBody) or not all(isinstance(body, ast.TextBody) for body in inside)
@@ -132,8 +132,8 @@ def _pou(pou: ast.Pou) -> Iterator[str]:
 def _in_order(chart: SfcBody) -> SfcBody:
     """The chart with spans that put its parts into their order; a drawing may have them anywhere."""
     places = count()
-    groups = (_at_places(group, chart.span, places) for group in (chart.steps, chart.transitions, chart.actions))
-    return SfcBody(*groups, chart.span)
+    parts = (chart.steps, chart.transitions, chart.actions)
+    return SfcBody(*(_at_places(group, chart.span, places) for group in parts), chart.span)
 
 
 def _at_places(parts: Iterable, around: Span, places: Iterator[int]) -> tuple:
