@@ -18,8 +18,7 @@ from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, UsageError, report, say
 from ldc.cli.inputs import read
 from ldc.cli.output import replacing
-from ldc.cli.powers import Powers
-from ldc.cli.watching import ChangeLines, LiveTable
+from ldc.cli.watching import ChangeLines
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.il.external import Binding
 from ldc.manifest import Manifest, Sources
@@ -34,6 +33,7 @@ from runtime.values import milliseconds
 from runtime.vm import machine as vm
 
 if TYPE_CHECKING:
+    from ldc.cli.live_table import LiveTable
     from runtime.cost import Cost
 
 SCANS = 100
@@ -107,8 +107,12 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
     with attached(options, sources, result, machine, names) as beside, \
             runner(options, sources, result, machine, bindings, events, cost, beside) as \
             (execute, rows, findings):
-        powers = Powers(machine, result.units) if runner is _alone and _stepped(options, sources) else None
-        table = LiveTable(machine, names, scans, powers, execute) if run_options.live(options) else None
+        table = None
+        if run_options.live(options):
+            from ldc.cli.live_table import LiveTable, Powers  # loads rich
+
+            stepped = runner is _alone and _stepped(options, sources)
+            table = LiveTable(machine, names, scans, Powers(machine, result.units) if stepped else None, execute)
         with displayed(options, machine, names, table, file, execute) as (scan, sample):
             beat()
             for _ in range(scans):

@@ -17,7 +17,6 @@ from ldc.cli.console import answered, report, say
 from ldc.cli.realtime import Processes
 from ldc.cli.run import displayed, run_length, stimuli_of, watched
 from ldc.cli.run_options import live
-from ldc.cli.watching import LiveTable
 from ldc.il.external import Binding
 from ldc.manifest import Sources
 from ldc.render import plural
@@ -43,7 +42,11 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
         whole = Processes(result, machine, bindings, beat, record.append if record else None, beside.join)
         whole.loop.until(came)
         try:
-            table = LiveTable(machine, names, scans, None, whole.loop.scan) if live(options) else None
+            table = None
+            if live(options):
+                from ldc.cli.live_table import LiveTable  # loads rich
+
+                table = LiveTable(machine, names, scans, None, whole.loop.scan)
             with displayed(options, machine, names, table, file, whole.loop.scan) as (scan, sample):
                 for _ in range(scans):
                     stimuli.apply(machine)
