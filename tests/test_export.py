@@ -477,3 +477,30 @@ def test_components_have_no_place_in_the_format(tmp_path: Path, capsys) -> None:
     told = capsys.readouterr().err
     assert "`PRESS_FORCE`" in told and told.count("LD0660") == 3
     assert not (tmp_path / "x.xml").exists()
+
+
+def test_what_is_said_about_types_and_members_goes_and_comes_back(tmp_path: Path) -> None:
+    text = """TYPE
+    Mode : (a, b);  // how it runs
+    Axis : STRUCT  // one axis
+        position  : REAL;                                 // in mm
+        limits    : ARRAY [0..1] OF REAL := [0.0, 400.0]; (* both ends *)
+    END_STRUCT;
+END_TYPE
+
+PROGRAM main
+VAR
+    x : Axis; m : Mode; q : BOOL;
+END_VAR
+
+RUNG
+    [m = a] (q)
+END_PROGRAM
+"""
+    result, xml = round_trip(tmp_path, text)
+    assert main(["import", str(tmp_path / "plc.xml"), "-o", str(tmp_path / "back")]) == 0
+    written_back = "".join(path.read_text() for path in (tmp_path / "back" / "src").iterdir())
+    for line in (r"Mode : \(a, b\);", "Axis : STRUCT", "position +: REAL;"):
+        assert re.search(f"{line} +// ", written_back), line
+    assert all(written_back.count(f"// {said}") == 1 for said in ("how it runs", "one axis", "in mm", "both ends"))
+    assert compile_paths([str(tmp_path / "back")]).image.digest == result.image.digest

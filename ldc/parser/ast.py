@@ -191,10 +191,13 @@ class VarBlock:
 
 @record
 class TypeDecl:
+    """``note``: what a foreign source says about the type, one line."""
+
     name: str
     type: TypeExpr
     initial: Initial | None
     span: Span
+    note: str | None = None
 
 
 # ---- the ladder -------------------------------------------------------------------------------

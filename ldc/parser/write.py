@@ -81,9 +81,9 @@ def _lines(parts: Iterable[Part]) -> Iterator[str]:
 
 def _type(declared: ast.TypeDecl) -> Iterator[str]:
     if not isinstance(declared.type, ast.StructType):
-        yield f"{declared.name} : {unparse.declared_text(declared)};"
+        yield f"{declared.name} : {unparse.declared_text(declared)};{_note(declared)}"
         return
-    yield f"{declared.name} : STRUCT"
+    yield f"{declared.name} : STRUCT{_note(declared)}"
     yield from _variables(declared.type.fields)
     value = f" := {unparse.initial_text(declared.initial)}" if declared.initial is not None else ""
     yield f"END_STRUCT{value};"
@@ -101,9 +101,14 @@ def _variables(declared: Iterable[ast.VarDecl]) -> Iterator[str]:
         variables = list(group)
         first = variables[0]
         place = f" AT {first.location}" if first.location else ""
-        note = f"  // {' '.join(first.note.split())}" if first.note and first.note.split() else ""
         names = ", ".join(v.name for v in variables)
-        yield f"{_INDENT}{names}{place} : {unparse.declared_text(first)};{note}"
+        yield f"{_INDENT}{names}{place} : {unparse.declared_text(first)};{_note(first)}"
+
+
+def _note(declared: ast.VarDecl | ast.TypeDecl) -> str:
+    """What is said about a declaration, as a comment behind it."""
+    words = (declared.note or "").split()
+    return f"  // {' '.join(words)}" if words else ""
 
 
 def _pou(pou: ast.Pou) -> Iterator[str]:

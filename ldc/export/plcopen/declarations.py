@@ -19,7 +19,7 @@ _QUALIFIERS = {"CONSTANT": "constant", "RETAIN": "retain", "NON_RETAIN": "nonret
 _SHORT = {"DATE_AND_TIME": "DT", "TIME_OF_DAY": "TOD", "STRING": "string", "WSTRING": "wstring"}
 
 Notes = Mapping[tuple[str, int], str]
-"""What is said about a variable, by the path of its file and the offset of its name there."""
+"""What is said about a variable, a member or a type, by the path of its file and the offset of its name there."""
 
 
 def section(parent: Element, block: ast.VarBlock, notes: Notes) -> None:
@@ -36,15 +36,20 @@ def variable(parent: Element, declared: ast.VarDecl, notes: Notes) -> None:
     _initial(made, declared.initial)
     if declared.edge is not None:
         own_data(made, "edge").set("is", declared.edge)
-    note = declared.note or notes.get((declared.span.source.path, declared.span.start))
-    if note:
-        formatted(made, "documentation", prose(note))
+    _documentation(made, declared, notes)
 
 
 def type_decl(parent: Element, declared: ast.TypeDecl, notes: Notes) -> None:
     made = add(parent, "dataType", name=declared.name)
     type_(add(made, "baseType"), declared.type, notes)
     _initial(made, declared.initial)
+    _documentation(made, declared, notes)
+
+
+def _documentation(parent: Element, declared: ast.VarDecl | ast.TypeDecl, notes: Notes) -> None:
+    note = declared.note or notes.get((declared.span.source.path, declared.span.start))
+    if note:
+        formatted(parent, "documentation", prose(note))
 
 
 def type_(parent: Element, written: ast.TypeExpr, notes: Notes) -> None:

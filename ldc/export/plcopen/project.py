@@ -111,7 +111,7 @@ def _body(parent: Element, body: ChartPart, graphs: _Graphs, pins_of: Callable) 
 
 
 def _notes(file: ast.File) -> dict[tuple[str, int], str]:
-    """Comments behind declarations, in their line."""
+    """Comments behind declarations, in their line; of a structure, behind its head."""
     position = file.source.position
     by_line: dict[int, str] = {}
     for comment in file.comments:
@@ -122,12 +122,15 @@ def _notes(file: ast.File) -> dict[tuple[str, int], str]:
     blocks = [*file.globals, *(block for pou in file.pous for block in pou.var_blocks)]
     for part in file.configurations:
         blocks += (*part.var_blocks, *(block for resource in part.resources for block in resource.var_blocks))
-    found = {}
-    for declared in (variable for block in blocks for variable in block.variables):
-        line, _ = position(max(declared.group_span.end - 1, 0))
-        if line in by_line:
-            found[file.source.path, declared.span.start] = by_line[line]
-    return found
+    variables = [variable for block in blocks for variable in block.variables]
+    ends: list[tuple[ast.VarDecl | ast.TypeDecl, int]] = []
+    for declared in file.types:
+        structure = isinstance(declared.type, ast.StructType)
+        ends.append((declared, declared.type.span.start + 1 if structure else declared.span.end))
+        variables += declared.type.fields if structure else ()
+    ends += [(variable, variable.group_span.end) for variable in variables]
+    lines = ((declared, position(max(end - 1, 0))[0]) for declared, end in ends)
+    return {(file.source.path, declared.span.start): by_line[line] for declared, line in lines if line in by_line}
 
 
 def _keep_rungs(root: Element, drawn: Sequence[Body]) -> None:

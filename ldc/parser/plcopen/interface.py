@@ -82,7 +82,8 @@ def type_decl(node: Node, diagnostics: Diagnostics) -> ast.TypeDecl | None:
     type_ = type_of(node.find("baseType"), node, diagnostics)
     if name is None or type_ is None:
         return None
-    return ast.TypeDecl(name, type_, initial(node.find("initialValue"), diagnostics), node.whole)
+    note = texts.prose(node.find("documentation")) or None
+    return ast.TypeDecl(name, type_, initial(node.find("initialValue"), diagnostics), node.whole, note)
 
 
 def type_of(holder: Node | None, of: Node, diagnostics: Diagnostics) -> ast.TypeExpr | None:
