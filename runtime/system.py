@@ -57,13 +57,15 @@ class Events(Protocol):
 
 class _Slave:
     """A slave with its threads. ``due``: when its algorithms execute next, never while all rest;
-    ``period_ns``: of its algorithms; ``off``: it has no power."""
+    ``period_ns``: of its algorithms; ``off``: it has no power; ``of_master``, ``of_slave``: flags of P."""
 
-    __slots__ = ("part", "due", "period_ns", "off", "emergency", "communication", "algorithm")
+    __slots__ = ("part", "due", "period_ns", "off", "emergency", "communication", "algorithm", "of_master",
+                 "of_slave")
 
-    def __init__(self, part: SlavePart, emergency: Work, communication: Work, algorithm: Work,
-                 on_watchdog: Callable[[int], None]) -> None:
+    def __init__(self, part: SlavePart, shared: bytearray, emergency: Work, communication: Work,
+                 algorithm: Work, on_watchdog: Callable[[int], None]) -> None:
         self.part, self.period_ns, self.due, self.off = part, part.period_ns, NEVER, False
+        self.of_master, self.of_slave = (_Flags(shared, side, part.number) for side in ("MPF", "SPF"))
         self.emergency = Thread("emergency", "emergency", None, emergency)
         self.communication = Thread("communication", "communication", None, communication)
         self.algorithm = Thread("algorithm", "algorithm", None, algorithm, on_watchdog=on_watchdog)
@@ -119,20 +121,19 @@ class System:
                  seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
                  watchdogs: Mapping[str, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
-        self._flags = _Flags(self.shared)
         self._silences = getattr(plant, "silences", None)
         self._kept: Mapping[str, Retained] = {}  # what algorithms had when it was saved last
         self._plant, self._plant_ns, self._plant_due = plant, plant_ns, NEVER if plant is None else 0
-        self._scheduler: Scheduler | None = None
+        self._scheduler = Scheduler((), log)
         note = None if events is None else events.append
         self._seen = seen
         machine = runner.machine if isinstance(runner, Controller) else runner
+        self._began = machine.now_ns
         self._deployed = _Deployed(machine, tuple(placed), makers, coordination, field)
         # Programs that may take over: one that is expected, or the one before.
         self._ready: dict[bool, _Deployed] = {}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
-        self._began = self.machine.now_ns
         self._cost = cost
         self._executions = None if cost is None else Executions(self.machine, watchdogs or {}, self.now)
         threads = self._emergency, self._communication, *_ = self._master_threads()
@@ -141,8 +142,9 @@ class System:
             part = SlavePart(number, self._memory(f"slave{number}"), placed, makers, field, note, self.now,
                              seen=seen, scan_ns=self.machine.period_ns)
             self._slaves.append(self._slave(part))
-        self._scheduler = Scheduler(
-            [threads, *((s.emergency, s.communication, s.algorithm) for s in self._slaves)], log)
+        self._scheduler.add(threads)
+        for slave in self._slaves:
+            self._scheduler.add((slave.emergency, slave.communication, slave.algorithm))
 
     def _memory(self, processor: str) -> Memory:
         own = allocate(processor, self.shared)
@@ -172,7 +174,7 @@ class System:
 
     def now(self) -> int:
         """The time in ns."""
-        return self._began + (self._scheduler.now_ns if self._scheduler is not None else 0)
+        return self._began + self._scheduler.now_ns
 
     def expect(self, coming: Loaded) -> None:
         """Makes all ready for a program that may take over, beside the scans."""
@@ -245,7 +247,7 @@ class System:
 
         def served() -> None:
             for slave in self._slaves:
-                if self._flags.by_master(slave.part.number) and slave.part.wanted:
+                if slave.of_master.changed() and slave.part.wanted:
                     self._scheduler.raise_event(slave.communication)
 
         def overdue(now: int) -> None:
@@ -262,7 +264,7 @@ class System:
 
     def _slave(self, part: SlavePart) -> _Slave:
         def served() -> None:
-            if self._flags.by_slave(part.number):
+            if slave.of_slave.changed():
                 self._scheduler.raise_event(self._communication)
             if part.live and slave.due == NEVER:
                 now = self._scheduler.now_ns
@@ -284,8 +286,8 @@ class System:
 
         communication = spending.communication(self._cost, part, served)
         algorithm = spending.algorithms(self._cost, part, opened)
-        slave = _Slave(part, powered(lambda now: part.emergency()), powered(communication), powered(algorithm),
-                       overdue)
+        slave = _Slave(part, self.shared, powered(lambda now: part.emergency()), powered(communication),
+                       powered(algorithm), overdue)
         return slave
 
     def _power(self) -> None:
@@ -357,8 +359,9 @@ class System:
     def snapshot(self, now: int) -> Snapshot:
         """What there is when everything of a moment is done. ``now``: its time of the scheduler."""
         safe, value = self.machine.safe_values(range(len(self.machine.layout.programs))), self.machine.value
-        raised = {(p.number, to_slave, slot) for p in self.slaves for to_slave in (True, False)
-                  for slot in self._flags.raised(p.number, to_slave)}
+        sides = [(s.part.number, s.of_master.words, s.of_slave.words) for s in self._slaves]
+        raised = {(number, True, slot) for number, master, slave in sides for slot in _raised(master, slave)}
+        raised |= {(number, False, slot) for number, master, slave in sides for slot in _raised(slave, master)}
         open_ = {(p.placed.slave, to_slave, p.placed.slot) for p in self.master.proxies
                  for to_slave in (True, False) if not p.endpoint.idle}
         # A slave whose communication waits for its processor has not ended its side yet.
@@ -372,33 +375,24 @@ class System:
 
 
 class _Flags:
-    """The words of flags, as they were when somebody looked last: whether the other side has to look."""
+    """The words of flags of one side of a slave's transfers, and what they were when somebody looked last."""
 
-    def __init__(self, shared: bytearray) -> None:
-        words = shared_words(shared)
-        master, slave = areas()["MPF"], areas()["SPF"]
-        view = memoryview(shared)
-        self._master = {n: view[master.first(n) - words.first :][: master.size] for n in range(1, 5)}
-        self._slave = {n: view[slave.first(n) - words.first :][: slave.size] for n in range(1, 5)}
-        self._seen = {(side, n): bytes(master.size) for side in "ms" for n in range(1, 5)}
+    __slots__ = ("words", "_bytes", "_before")
 
-    def by_master(self, number: int) -> bool:
-        """Whether the master has changed its flags for a slave since the call before."""
-        return self._changed("m", number, self._master[number])
+    def __init__(self, shared: bytearray, area: str, number: int) -> None:
+        place, first = areas()[area], shared_words(shared).first
+        self._bytes = memoryview(shared)[place.first(number) - first :][: place.size]
+        self.words, self._before = self._bytes.cast("I"), bytes(place.size)
 
-    def by_slave(self, number: int) -> bool:
-        """Whether a slave has changed its flags since the call before."""
-        return self._changed("s", number, self._slave[number])
-
-    def raised(self, number: int, to_slave: bool) -> list[int]:
-        """The slots of a direction of which a flag is 1: those of its sender on one side, of its receiver on
-        the other."""
-        master, slave = self._master[number].cast("I"), self._slave[number].cast("I")
-        sender, receiver = (master, slave) if to_slave else (slave, master)
-        flags = sender[0] | sender[1] | sender[6] | receiver[2] | receiver[3] | receiver[4]
-        return [slot for slot in range(32) if flags >> slot & 1]
-
-    def _changed(self, side: str, number: int, view: memoryview) -> bool:
-        now = view.tobytes()
-        before, self._seen[side, number] = self._seen[side, number], now
+    def changed(self) -> bool:
+        """Since the call before: whether the other side has to look."""
+        now = self._bytes.tobytes()
+        before, self._before = self._before, now
         return now != before
+
+
+def _raised(sender: memoryview, receiver: memoryview) -> list[int]:
+    """The slots of a direction of which a flag is 1: those of its sender on one side, of its receiver on the
+    other."""
+    flags = sender[0] | sender[1] | sender[6] | receiver[2] | receiver[3] | receiver[4]
+    return [slot for slot in range(32) if flags >> slot & 1]

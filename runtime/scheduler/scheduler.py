@@ -49,12 +49,17 @@ class Scheduler:
         self._agenda: list[tuple] = []
         self._turns = 0
         self._until = 0
-        self._processors = [self._processor(n, threads) for n, threads in enumerate(processors)]
+        self._processors: list[_Processor] = []
+        for threads in processors:
+            self.add(threads)
 
-    def _processor(self, index: int, threads: Sequence[Thread]) -> _Processor:
+    def add(self, threads: Sequence[Thread]) -> None:
+        """A further processor, before the first event. Raises ValueError when two threads have one name."""
+        index = len(self._processors)
         made = _Processor(index, {thread.name: thread for thread in threads})
         if len(made.threads) < len(threads):
             raise ValueError(f"processor {index}: two threads of one name")
+        self._processors.append(made)
         made.scan = next((t for t in threads if t.kind == "control"), None)
         made.customised = tuple(t for t in threads if t.kind == "customised")
         ids = {thread.name: n for n, thread in enumerate(threads)}
@@ -64,7 +69,6 @@ class Scheduler:
             if thread.period_ns is not None:
                 thread.due = thread.offset_ns
                 heappush(self._agenda, (thread.due, _PERIOD, index, number, thread, made))
-        return made
 
     def thread(self, processor: int, name: str) -> Thread:
         """A thread by its name. Raises KeyError."""
@@ -87,7 +91,8 @@ class Scheduler:
         and counted. Raises ValueError for a customised thread."""
         if thread.kind == "customised":
             raise ValueError(f"thread {thread.name} follows the scan, it takes no events")
-        self._end_pieces()
+        if self._agenda and self._agenda[0][0] == self.now_ns:
+            self._end_pieces()
         if not thread.active:
             self._activate(thread.on, thread, self.now_ns)
         elif thread.pending is None:
@@ -115,16 +120,9 @@ class Scheduler:
         if self.log is not None:
             self._note(on, thread, "began")
         thread.counts.least_delay = 0
-        pieces = thread.work(now_ns)
-        if pieces is not None:
-            thread.pieces = pieces
-            on.stack.append(thread)
+        self._execute(on, thread, now_ns)
+        if on.stack:
             self._turns |= 1 << on.index
-        elif self.log is not None or thread.pending is not None or thread is on.scan:
-            self._ended(on, thread)
-        else:  # as there, in no time
-            thread.active, thread.streak = False, 0
-            thread.counts.executions += 1
         return self._turns != 0
 
     def _released(self, on: _Processor, thread: Thread) -> None:
@@ -246,12 +244,19 @@ class Scheduler:
             counts.most_delay = delay
         if self.log is not None:
             self._note(on, thread, "began")
+        self._execute(on, thread, now)
+
+    def _execute(self, on: _Processor, thread: Thread, now: int) -> None:
         pieces = thread.work(now)
-        if pieces is None:
-            self._ended(on, thread)
-        else:
+        if pieces is not None:
             thread.pieces = pieces
             on.stack.append(thread)
+        elif self.log is not None or thread.pending is not None or thread is on.scan or thread.released != now:
+            self._ended(on, thread)
+        else:  # as there, when nobody notes it and it took no time
+            thread.active = thread.late = False
+            thread.streak = 0
+            thread.counts.executions += 1
 
     def _end_if_through(self, on: _Processor) -> bool:
         """Ends the thread in execution when its iterator tells that it has no piece more."""
