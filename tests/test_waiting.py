@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from ldc.cli.main import main
+
+SAMPLE = Path(__file__).resolve().parents[1] / "samples" / "injection_machine"
 
 TOML = ('[project]\nmodules = ["clamp", "stamp"]\n[sequence]\nsteps = [{ module = "clamp", until = "shut" }, '
         '{ module = "stamp", when = "hot" }]\n[run]\nperiod = "100ms"\n')
@@ -32,8 +35,23 @@ def test_each_step_that_waited_for_long_is_told_once(tmp_path: Path, capsys) -> 
 
 def test_a_step_that_waits_still_is_told_in_its_place(tmp_path: Path, capsys) -> None:
     told = run(tmp_path, capsys, "0,0,0\n150,1,0\n160,0,0\n", 400)
-    assert len(told) == 2 and "waited" in told[0] and told[1].startswith("step 2 of 2 (`stamp`) waits for `hot`")
+    assert len(told) == 2 and "waited" in told[0]
+    assert told[1].startswith("step 2 of 2 (`stamp`) waits for `hot`")
 
 
 def test_nobody_waits_for_long(tmp_path: Path, capsys) -> None:
     assert run(tmp_path, capsys, "0,1,1\n", 400) == []
+
+
+def test_the_error_of_an_algorithm_is_told_with_what_waits_for_it(tmp_path: Path, capfd) -> None:
+    """A parameter out of range: the module never ends."""
+    folder = tmp_path / "machine"
+    shutil.copytree(SAMPLE, folder)
+    project = folder / "ldc.toml"
+    step = '{ module = "inject"'
+    assert step in project.read_text()
+    project.write_text(project.read_text().replace(step, step + ", parameters = { lead = 9.0 }", 1))
+    assert main(["run", str(folder), "--for", "14s"]) == 0
+    told = [line for line in capfd.readouterr().err.splitlines() if "LD0848" in line]
+    assert len(told) == 1 and "module `inject` to end" in told[0]
+    assert told[0].endswith("`inject.axis.error` is 7")

@@ -8,10 +8,11 @@ whoever owns the part calls it, in virtual time or in a process of its own. """
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence, Set
+from dataclasses import replace
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
-from ldc.il.placement import Placed
+from ldc.il.placement import ERROR, Placed
 from runtime import units
 from runtime.faults import TaskOverdue
 from runtime.machine import Machine, Schedule
@@ -292,7 +293,12 @@ class MasterPart:
         """What the sequence waits for."""
         if self.customised_program is None:
             return None
-        return self._waiting.told(self.customised_program, self.machine.now_ns, not self._sequence_goes_on)
+        waits = self._waiting.told(self.customised_program, self.machine.now_ns, not self._sequence_goes_on)
+        return waits if waits is None else replace(waits, errors=self._errors())
+
+    def _errors(self) -> tuple[tuple[str, int], ...]:
+        symbols = self.machine.find(f"{proxy.placed.path}.{ERROR}" for proxy in self.proxies)
+        return tuple((symbol.path, value) for symbol in symbols if (value := self.machine.value(symbol)))
 
     @property
     def told(self) -> tuple[Finding, ...]:

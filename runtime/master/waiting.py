@@ -14,12 +14,14 @@ LONG_NS = 10_000_000_000
 @record
 class StepWaits:
     """A step waits for ``what``. ``waited_ns``: how long it has waited for its condition, or has lasted.
-    ``fault``: a module stands after a fault, and so does the sequence; ``over``: it has gone on since."""
+    ``fault``: a module stands after a fault, and so does the sequence; ``over``: it has gone on since.
+    ``errors``: outputs `error` of algorithms that are not 0 now, by path."""
 
     what: Awaited
     waited_ns: int
     fault: bool = False
     over: bool = False
+    errors: tuple[tuple[str, int], ...] = ()
 
     @property
     def text(self) -> str:
@@ -31,12 +33,15 @@ class StepWaits:
         thing = f"`{what.path}`" if what.path else f"module `{what.module}` to end"
         if self.over:
             return f"{step} waited {long} ms for {thing}"
-        return f"{step} waits for {thing} ({long} ms by now)"
+        errors = "".join(f", `{path}` is {value}" for path, value in self.errors)
+        return f"{step} waits for {thing} ({long} ms by now){errors}"
 
     def diagnostic(self) -> Diagnostic:
         """As a note at the end of a run."""
         help_ = f"`{self.what.path}` has to become TRUE" if self.what.path else (
             "it has ended when its `done` is TRUE and none of its algorithms executes")
+        if self.errors:
+            help_ = "errors of algorithms: 6 and 7 are inputs that are no number or out of range"
         return Diagnostic("LD0848", f"the sequence: {self.text}", None, (), help_, Severity.NOTE)
 
 
