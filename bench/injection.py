@@ -42,6 +42,10 @@ class Points(dict):
         self.setdefault(path, 0.0)
         return lambda: self[path]
 
+    def readers(self, paths: list[str]):
+        each = [self.reader(path) for path in paths]
+        return lambda: tuple([read() for read in each])
+
     def writer(self, path: str):
         return lambda value: self.__setitem__(path, value)
 

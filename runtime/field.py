@@ -8,8 +8,9 @@ The same over bytes of a process and over shared memory; nothing is copied.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 
 from ldc.il.placement import Point
 
@@ -44,6 +45,15 @@ class Field:
         if place.type == "bool32":
             return lambda: view[index] != 0
         return partial(view.__getitem__, index)
+
+    def readers(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """``reader`` of several points at once, for those who look at all of them again and again. Raises
+        UnknownPoint."""
+        found = [self._find(path) for path in paths]
+        if len(found) > 1 and {place.type for place in found} in ({"f32"}, {"i32"}, {"u32"}):
+            return partial(itemgetter(*(place.index for place in found)), self._views[_FORMATS[found[0].type]])
+        each = [self.reader(path) for path in paths]
+        return lambda: tuple([read() for read in each])
 
     def writer(self, path: str) -> Callable[[Value], None]:
         """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
+from struct import Struct, calcsize
 
 from ldc.il import block
 from ldc.il.block import Block, Spot
 from ldc.il.homes import Home
-from ldc.types import Array
+from ldc.types import Array, String, storage
 from runtime import machine
 from runtime.layout import Layout, Root, lay_out, slot
 from runtime.symbols import Symbol
@@ -81,18 +83,47 @@ class InBlock(machine.Machine):
             return machine.Machine.reader(self, wanted)
         before: bytes | None = None
         values: tuple = ()
+        unpack = _unpacker(spots, begin, end)
 
         def sample() -> tuple:
             nonlocal before, values
             now = memory[begin:end].tobytes()
             if now != before:
-                before, values = now, tuple(map(self.value, wanted))
+                before, values = now, tuple(map(self.value, wanted)) if unpack is None else unpack(now)
             return values
 
         return sample
+
+    def writer(self, symbols: Iterable[Symbol]) -> Callable[[Sequence], None]:
+        spots, memory = [self.spot(symbol) for symbol in symbols], self.memory
+
+        def write(values: Sequence) -> None:
+            for spot, value in zip(spots, values, strict=True):
+                block.write(memory, spot, value)
+
+        return write
 
     def _capture(self) -> object:
         return bytes(self.memory)
 
     def _put_back(self, kept: object) -> None:
         self.memory[:] = kept
+
+
+def _unpacker(spots: Sequence[Spot], begin: int, end: int) -> Callable[[bytes], tuple] | None:
+    """What makes values of the bytes from ``begin`` to ``end`` at once, in the order of the spots; None when
+    they are not all plain, or share bytes."""
+    form, at, order = "<", begin, sorted(range(len(spots)), key=lambda n: spots[n].offset)
+    for number in order:
+        spot = spots[number]
+        if spot.bit is not None or isinstance(spot.type, String) or spot.offset < at:
+            return None
+        kind = storage(spot.type)
+        code = "?" if kind.kind == "bool" else block.code(kind)[1:]
+        form += f"{spot.offset - at}x{code}"
+        at = spot.offset + calcsize(f"<{code}")
+    words = Struct(f"{form}{end - at}x")
+    if order == sorted(order):
+        return words.unpack
+    places = itemgetter(*sorted(range(len(order)), key=order.__getitem__))
+    return lambda data: places(words.unpack(data))

@@ -33,6 +33,10 @@ class Points(dict):
         self.setdefault(path, 0.0)
         return lambda: self[path]
 
+    def readers(self, paths: list[str]):
+        each = [self.reader(path) for path in paths]
+        return lambda: tuple(read() for read in each)
+
     def writer(self, path: str):
         self[path] = 0.0
         return lambda value: self.__setitem__(path, value)

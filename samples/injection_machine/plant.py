@@ -23,8 +23,8 @@ AT_REST = 0.1  # mm/s; what is left of the way is less than 1 um
 class Drive:
     """What moves an axis: a valve or a servo drive, with its lag, its delay and their spread."""
 
-    def __init__(self, name: str, read: Callable[[], float], settings: dict, gain_sd: float) -> None:
-        self.name, self.read, self.gain_sd = name, read, settings.get("gain_sd", gain_sd)
+    def __init__(self, name: str, settings: dict, gain_sd: float) -> None:
+        self.name, self.gain_sd = name, settings.get("gain_sd", gain_sd)
         self.lag = settings["lag_s"]
         self.delay_ns, self.delay_sd_ns = settings["delay_s"] * 1e9, settings["delay_sd_s"] * 1e9
         self.reference = 0.0
@@ -134,7 +134,10 @@ class Plant:
 
         clamp, screw = axis("clamp", regime["sensor"]), axis("screw", regime["sensor"])
         self.ejector = axis("ejector", ejector["sensor"])
-        self.axes, self.drives = (clamp, screw, self.ejector), []
+        self.axes = clamp, screw, self.ejector
+        # Drives that were wired at once, with their axes: what reads their references, those read last.
+        self.wired: list[tuple[list[tuple[Drive, Axis]], Callable[[], tuple[float, ...]]]] = []
+        self.seen: list[tuple[float, ...]] = []
         self.unwired = [(clamp, "clamp", regime["clamp"]), (screw, "inject", regime["inject"]),
                         (screw, "charge", regime["charge"]), (screw, "suck_back", regime["inject"]),
                         (self.ejector, "ejector", ejector)]
@@ -147,27 +150,33 @@ class Plant:
 
     def connect(self, field) -> None:
         """Wires the axes of the modules that are in the program; again when an online change brings more."""
-        missing, found = [], {}
+        missing, found, references = [], [], []
         for axis, module, settings in self.unwired:
             try:
-                drive = Drive(module, field.reader(f"{module}.axis.reference"), settings, self.gain_sd)
+                field.reader(f"{module}.axis.reference")
                 axis.show.append(field.writer(f"{module}.axis.measured"))
             except LookupError:
                 missing.append((axis, module, settings))
                 continue
-            self.drives.append((drive, drive.read, axis))
-            found[axis.name] = axis
-        for axis in found.values():
+            found.append((Drive(module, settings, self.gain_sd), axis))
+            references.append(f"{module}.axis.reference")
+        for axis in {axis.name: axis for _, axis in found}.values():
             axis.measure()
+        if found:
+            self.wired.append((found, field.readers(references)))
+            self.seen.append(())
         self.unwired = missing
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
         since_ns = now_ns - dt_ns
-        for drive, read, axis in self.drives:
-            reference = read()
-            if reference != drive.reference:
-                axis.command(drive, reference, since_ns)
+        for number, (drives, read) in enumerate(self.wired):
+            references = read()
+            if references != self.seen[number]:
+                self.seen[number] = references
+                for (drive, axis), reference in zip(drives, references, strict=True):
+                    if reference != drive.reference:
+                        axis.command(drive, reference, since_ns)
         for axis in self.axes:
             if not axis.still:
                 axis.step(since_ns, now_ns)

@@ -127,6 +127,9 @@ class _Renamed:
     def reader(self, path: str) -> Callable[[], float]:
         return self.points.reader(self.names.get(path, path))
 
+    def readers(self, paths: list[str]) -> Callable[[], tuple[float, ...]]:
+        return self.points.readers([self.names.get(path, path) for path in paths])
+
     def writer(self, path: str) -> Callable[[float], None]:
         return self.points.writer(self.names.get(path, path))
 
