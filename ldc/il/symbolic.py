@@ -228,7 +228,7 @@ class Memory:
         if known is not None:
             return known[1]
         key = self._key(place)
-        if not any(isinstance(s, IndexStep) for s in place.steps):
+        if not place.steps or not any(isinstance(s, IndexStep) for s in place.steps):
             self.operands.places[id(place)] = place, key
         return key
 
@@ -282,6 +282,8 @@ class Memory:
 
     def read(self, place: Place, when: int = ALL) -> Value:
         """The value of a place; on the assignments outside of ``when`` it may be any."""
+        if not place.steps:
+            return self._read_key(self.key(place), place.type)
         (key, _), *others = self.ways(place, when)
         value = self._read_key(key, place.type)
         for other, lanes in others:

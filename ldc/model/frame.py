@@ -171,6 +171,8 @@ class Frame:
 
     def _type_allowed(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> bool:
         """A function block needs a place that keeps its state, also within a structure."""
+        if type(type_) is Elementary:
+            return True
         held = next(blocks_in(type_), None)
         if held is None:
             return True

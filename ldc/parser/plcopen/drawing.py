@@ -130,8 +130,8 @@ class Drawing:
             return
         if node.tag == "block" and "." in node.get("typeName"):
             node = self._without_library(node)
-        number = node.number("executionOrderId", -1)
-        element = Element(id_, node, number if number >= self._first else None, index)
+        number = node.number("executionOrderId", -1) if self._first is not None else None
+        element = Element(id_, node, None if number is None or number < self._first else number, index)
         if node.tag == "block":
             drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
                      for pin in pins.all("variable")]
@@ -285,13 +285,13 @@ class Drawing:
                                         or self.elements[o[0]].kind != "continuation")
 
 
-def _first_number(body: Node) -> int:
-    """The least number of an order of execution: 0 says that there is none, unless they count from there, as
-    those of a continuous function chart do."""
+def _first_number(body: Node) -> int | None:
+    """The least number of an order of execution, None when nothing has any: 0 says that there is none, unless
+    they count from there, as those of a continuous function chart do."""
     if body.tag == "CFC":
         return 0
     if body.document.source.text.find("executionOrderId", body.start, body.end) < 0 and type(body) is Node:
-        return 1
+        return None
     numbers = [int(text) for node in body.children
                if (text := node.get("executionOrderId").strip()).isdecimal() and len(text) < 10]
     return 0 if len(numbers) > 1 and sorted(numbers) == list(range(len(numbers))) else 1

@@ -103,12 +103,12 @@ def _elements(body: ast.LadderBody) -> Iterator[ast.Coil | ast.Pin]:
     work: list = [path for rung in body.rungs for path in rung.paths]
     while work:
         for item in work.pop().items:
-            match item:
-                case ast.Coil():
-                    yield item
-                case ast.Block():
-                    yield from item.pins
-                    work += [path for pin in item.pins if isinstance(pin.value, ast.Branches)
-                             for path in pin.value.paths]
-                case ast.Branches():
-                    work += item.paths
+            kind = type(item)
+            if kind is ast.Coil:
+                yield item
+            elif kind is ast.Block:
+                yield from item.pins
+                work += [path for pin in item.pins if isinstance(pin.value, ast.Branches)
+                         for path in pin.value.paths]
+            elif kind is ast.Branches:
+                work += item.paths

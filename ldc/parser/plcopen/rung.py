@@ -102,6 +102,8 @@ class RungWriter:
 
     def expression(self, span: Span | None, element: Element) -> ast.Expr:
         """What is written there; when that cannot be read, a name that shows it."""
+        if span is not None and (name := texts.named(span)) is not None:
+            return name
         if span is None or span.start == span.end or span.text == boxes.NOT_NAMED:
             findings.malformed(self.diagnostics, element.node.span,
                                f"{self.drawing.where}: {element.describe()} has no variable",

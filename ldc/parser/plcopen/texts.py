@@ -21,10 +21,15 @@ _BARE_TIME = re.compile(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII 
 
 def expression(span: Span, diagnostics: Diagnostics) -> ast.Expr | None:
     """The expression written there; None when it is none (then it is told)."""
+    return named(span) or parse_expression(span.source, span.start, span.end, diagnostics)
+
+
+def named(span: Span) -> ast.Name | None:
+    """The name that is all that is written there, as it is nearly everywhere."""
     text = span.text
     if len(text) <= MAX_WORD and _NAME.match(text) and text.upper() not in KEYWORDS:
         return ast.Name(text, span)
-    return parse_expression(span.source, span.start, span.end, diagnostics)
+    return None
 
 
 def name(node: Node, diagnostics: Diagnostics, attribute: str = "name") -> str | None:
