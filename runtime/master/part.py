@@ -343,7 +343,7 @@ class MasterPart:
         told = proxy.poll()
         if told is not None:
             self._learn(proxy, told)
-        if proxy.endpoint.idle:
+        if proxy.endpoint.rests:
             self._open.pop(proxy, None)
 
     def _learn(self, proxy: Proxy, told: Told) -> None:

@@ -31,6 +31,11 @@ class Endpoint:
         return self.sender.ready
 
     @property
+    def rests(self) -> bool:
+        """Nothing is sent or received, though somebody may have begun to send."""
+        return self.receiver.phase is _WATCH and self.sender.phase in _AT_REST
+
+    @property
     def idle(self) -> bool:
         """Nothing to do: nothing is sent or received, and nobody has begun to send."""
         into = self.into.channel

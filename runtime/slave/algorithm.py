@@ -135,7 +135,7 @@ class NativeAlgorithm:
     """The entry of a component in C or C++, called on its three structures."""
 
     __slots__ = ("error", "_native", "_call", "_before", "_pins", "_values", "_reads", "_writes", "_told",
-                 "_tell", "_fed", "_enabled", "_instance")
+                 "_fed", "_enabled", "_instance")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -152,14 +152,14 @@ class NativeAlgorithm:
             structure.fill(data, self._instance)
         (given, put), (made, out) = native.given, native.made
         self._before: tuple[bytes, ...] = ()
-        self._pins = tuple(given.setter(put, p.name) for p in placed.parameters)
+        self._pins = tuple(given.cell(put, p.name) for p in placed.parameters)
         self._values: list[bool | int | float | None] = [None] * len(self._pins)
-        self._reads = tuple((field.reader(p.path), given.setter(put, p.name), p.low, p.high)
+        self._reads = tuple((field.reader(p.path), *given.cell(put, p.name), p.low, p.high)
                             for p in placed.local if not p.output)
-        self._writes = tuple((made.getter(out, p.name), field.writer(p.path), made.setter(out, p.name), p.initial)
+        self._writes = tuple((*made.cell(out, p.name), field.writer(p.path), p.initial)
                              for p in placed.local if p.output)
-        self._told, self._tell = made.getter(out, ERROR), made.setter(out, ERROR)
-        self._fed = tuple(made.getter(out, p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
+        self._told = made.cell(out, ERROR)
+        self._fed = tuple(made.cell(out, p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
         self._enabled = placed.enabled
         self.error = 0
         self.safe()
@@ -169,27 +169,29 @@ class NativeAlgorithm:
         for number, value in enumerate(values):
             if value != held[number]:
                 held[number] = value
-                self._pins[number](value)
+                view, at = self._pins[number]
+                view[at] = value
 
     def execute(self, dt_ns: int) -> bool:
         error, powered = 0, not self._enabled or self._values[0]
         if not powered and not self._before:
             self._before = self._state()
-        for read, put, low, high in self._reads:
+        for read, view, at, low, high in self._reads:
             value = read()
             if low <= value <= high:
-                put(value)
+                view[at] = value
             else:
                 error = OUT_OF_RANGE if value == value else NOT_A_NUMBER
+        told, place = self._told
         if error or self.error:
-            self._tell(error)
+            told[place] = error
         if not error:
             microseconds = dt_ns // 1000
             self._call(microseconds if microseconds < _MOST else _MOST)
-            error = self._told()
+            error = told[place]
         self.error = error
-        for read, write, _, _ in self._writes:
-            write(read())
+        for view, at, write, _ in self._writes:
+            write(view[at])
         if powered:
             self._before = ()
             return True
@@ -200,11 +202,11 @@ class NativeAlgorithm:
         return bytes(self._native.made[1]), bytes(self._native.kept[1])
 
     def outputs(self) -> tuple[bool | int | float, ...]:
-        return tuple([read() for read in self._fed])
+        return tuple([view[at] for view, at in self._fed])
 
     def safe(self) -> None:
-        for _, write, put, initial in self._writes:
-            put(initial)
+        for view, at, write, initial in self._writes:
+            view[at] = initial
             write(initial)
 
     def values(self, symbols: Sequence[Symbol]) -> list[object]:

@@ -220,9 +220,11 @@ class SlavePart:
             return 0
         self._looked_at = (self._looked_at + 1) % len(self._slots)
         slot = self._slots[self._looked_at]
-        if slot.endpoint.idle:
-            slot.endpoint.tick()
-        return 0 if slot.endpoint.idle else slot.mask
+        end = slot.endpoint
+        if not end.idle:
+            return slot.mask
+        end.tick()
+        return 0 if end.rests else slot.mask
 
     def _serve(self, slot: Slot, ticks: bool) -> None:
         end = slot.endpoint
@@ -234,11 +236,12 @@ class SlavePart:
                         self._take(slot, envelope, values)
                     case Fault():
                         self._link_fails(slot)
-            if not (slot.tell and end.ready):
+            if not slot.tell or not end.ready:
                 break
             self._feed(slot)
             events = ()
-        self._open = self._open & ~slot.mask if end.idle else self._open | slot.mask
+        # Who has begun to send is looked for every time.
+        self._open = self._open & ~slot.mask if end.rests else self._open | slot.mask
 
     def _take(self, slot: Slot, envelope: Envelope, values: tuple[float, ...]) -> None:
         if envelope.cmd == Command.RESET:

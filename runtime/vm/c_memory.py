@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from struct import Struct, calcsize
 
 from ldc.il import c_types
@@ -91,16 +90,9 @@ class Structure:
         for name, value in zip(self._names, found, strict=True):
             setattr(instance, name, value)
 
-    def getter(self, buffer: bytearray, name: str) -> Callable[[], object]:
-        """Reads a scalar member."""
-        return partial(*self._view(buffer, name, "__getitem__"))
-
-    def setter(self, buffer: bytearray, name: str) -> Callable[[object], None]:
-        """Writes a scalar member. It raises ValueError for a number that the type does not hold."""
-        return partial(*self._view(buffer, name, "__setitem__"))
-
-    def _view(self, buffer: bytearray, name: str, access: str) -> tuple[Callable, int]:
+    def cell(self, buffer: bytearray, name: str) -> tuple[memoryview, int]:
+        """Where a scalar member lies: a view, and its place in it. It takes no number that the type does not
+        hold (ValueError)."""
         one, at = self._places[name]
         size = calcsize(one)
-        view = memoryview(buffer)[: len(buffer) // size * size].cast("B").cast(one)
-        return getattr(view, access), at // size
+        return memoryview(buffer)[: len(buffer) // size * size].cast("B").cast(one), at // size
