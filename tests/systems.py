@@ -8,7 +8,7 @@ from pathlib import Path
 from ldc import pipeline
 from ldc.cli import system as systems
 from ldc.cli.compiling import native_code
-from ldc.cli.run import start
+from ldc.cli.starting import start
 from runtime.cost import Cost
 from runtime.machine import Machine
 from runtime.processors.invariants import Entry, violations

@@ -11,7 +11,7 @@ import pytest
 
 from ldc import pipeline
 from ldc.cli.compiling import native_code
-from ldc.cli.run import start
+from ldc.cli.starting import start
 
 FX = """\
 TYPE PAIR : STRUCT

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ldc import pipeline
-from ldc.cli.run import start
+from ldc.cli.starting import start
 from ldc.diagnostics import Diagnostics
 from ldc.graph import dump
 from ldc.il import image

@@ -12,7 +12,7 @@ from systems import MODULE, Run, modules, mover
 from ldc import pipeline
 from ldc.cli import system as systems
 from ldc.cli.compiling import native_code
-from ldc.cli.run import start
+from ldc.cli.starting import start
 from ldc.il import image as il_image
 from ldc.il.coordination_image import pack, unpack
 from runtime.native.machine import Machine as Native

@@ -8,7 +8,7 @@ import json
 from ldc.cli.compiling import compiled
 from ldc.cli.console import OK
 from ldc.cli.inputs import read
-from ldc.cli.run import start
+from ldc.cli.starting import start
 from ldc.parser import ast
 from runtime.bench import bench
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from ldc.backends.firmware.report import sizes
 from ldc.backends.firmware.tools import Firmware, address_of
 from ldc.cli import firmware
-from ldc.cli.build import before, places, write_sources
+from ldc.cli.build_folder import before, places, write_sources
 from ldc.cli.compiling import compiled
 from ldc.cli.console import OK, UsageError, say
 from ldc.cli.inputs import read
 from ldc.cli.output import write_file
-from ldc.cli.run import resource_to_run
+from ldc.cli.starting import resource_to_run
 from ldc.il.block import Block
 from ldc.manifest import Sources
 from ldc.render import plural

@@ -76,7 +76,7 @@ def _st_text(result: pipeline.Compiled) -> str:
 def _c_text(result: pipeline.Compiled) -> str:
     """The C files of the program, one behind the other; what belongs to the library is left out."""
     from ldc.backends.c.build import planned  # these load jinja2 and the runtime
-    from ldc.cli.run import resource_to_run
+    from ldc.cli.starting import resource_to_run
 
     plan = planned(result.program, result.image.layout, resource_to_run(result), native_code(result))
     return "\n".join(f"/* ==== {file.name} */\n{file.text}" for file in plan.files if file.is_generated)

@@ -13,7 +13,7 @@ from ldc.cli import declared, link, modules, shipped
 from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, report, say
 from ldc.cli.inputs import read
-from ldc.cli.run import resource_to_run
+from ldc.cli.starting import resource_to_run
 from ldc.cli.system import together
 from ldc.diagnostics import Invalid
 from ldc.il import image as il_image

@@ -13,7 +13,7 @@ from ldc.cli import lateness, system
 from ldc.cli.compiling import locator
 from ldc.cli.console import OK, report, say
 from ldc.cli.plant import Plant
-from ldc.cli.run import is_system
+from ldc.cli.starting import is_system
 from ldc.diagnostics import Invalid
 from ldc.il.external import Binding
 from ldc.il.placement import NoRoom, Placed, placed, points

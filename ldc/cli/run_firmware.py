@@ -10,7 +10,7 @@ from ldc.cli import firmware
 from ldc.cli.compiling import compiled, locator
 from ldc.cli.console import Failure, UsageError, report, say
 from ldc.cli.inputs import read
-from ldc.cli.run import displayed, resource_to_run, run_length, stimuli_of, watched
+from ldc.cli.starting import displayed, resource_to_run, run_length, stimuli_of, watched
 from ldc.render import plural
 from runtime.firmware.machine import BrokenTrace
 from runtime.values import milliseconds

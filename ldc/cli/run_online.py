@@ -20,7 +20,7 @@ from ldc.cli.attached import Attached, attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
-from ldc.cli.run import is_system, run_length, start, stimuli_of, watched
+from ldc.cli.starting import is_system, run_length, start, stimuli_of, watched
 from ldc.cli.run_options import shows
 from ldc.cli.watching import ChangeLines
 from ldc.il.external import Binding

@@ -15,7 +15,7 @@ from ldc.cli.attached import attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import answered, report, say
 from ldc.cli.realtime import Processes
-from ldc.cli.run import displayed, run_length, stimuli_of, watched
+from ldc.cli.starting import displayed, run_length, stimuli_of, watched
 from ldc.cli.run_options import live
 from ldc.il.external import Binding
 from ldc.manifest import Sources

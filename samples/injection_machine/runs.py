@@ -19,7 +19,7 @@ from types import ModuleType
 
 from ldc import pipeline
 from ldc.cli.native import native_code
-from ldc.cli.run import start
+from ldc.cli.starting import start
 from ldc.cli.system import placement, together
 from ldc.il.coordination import Coordination
 from ldc.il.external import Binding
