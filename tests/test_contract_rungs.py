@@ -194,6 +194,10 @@ RULES = {
     "P and N are names, too": (
         "RUNG [P] [/N] [P N] (q)\nRUNG [P] (w) (P x)", "P, N, q, w, x : BOOL;",
         "q w x", "scan,p,n 0,1,1 1,1,0 2,0,0", ["0 1 1", "0 1 0", "0 0 0"]),
+    "a net tells its type wherever in the text it gets a value": (
+        "RUNG <SUB(IN1 := @n, IN2 := 1, OUT => @m)>; <MUL(IN1 := @k, IN2 := 2, OUT => @n)>; "
+        "<MOVE(IN := @m, OUT => d)>; <MOVE(IN := e, OUT => @k)>", "d, e : DINT;",
+        "d", "scan,e 0,50000 1,-7", ["99999", "-15"]),
     "pins may be named R and S": (
         "RUNG [a] <k: Hold(R := b, S := { [c] })> (q)", "a, b, c, q : BOOL; k : Hold;",
         "q", "scan,a,b,c 0,1,0,1 1,1,1,1 2,1,0,0", ["1", "0", "0"],

@@ -9,9 +9,9 @@ from test_plcopen import built, compiled, run, said
 BOOLS = "a b q w : BOOL; t : TON"
 
 
-def both(id_: int, text: str, sources, **attributes) -> str:
+def both(id_: int, text: str, sources, at=None, **attributes) -> str:
     inner = f"{wires(sources)}<connectionPointOut/><expression>{text}</expression>"
-    return element("inOutVariable", id_, inner, **attributes)
+    return element("inOutVariable", id_, inner, at, **attributes)
 
 
 def anded(*outputs: str) -> str:

@@ -39,9 +39,10 @@ def build(rung: ast.Rung, key: str, scope: ElementScope, diagnostics: Diagnostic
         drawing.path(path, None)
     nets = _Nets(drawing)
     elements, heads, tails = [], [], []
-    for item, head, tail in drawing.items:
+    early = _typed_early(drawing, nets, scope, diagnostics)
+    for index, (item, head, tail) in enumerate(drawing.items):
         head, tail = nets.number(head), nets.number(tail)
-        element = scope.element(item, nets, diagnostics)
+        element = early[index] if index in early else scope.element(item, nets, diagnostics)
         if element is None:
             nets.failed = True
             continue
@@ -61,6 +62,42 @@ def build(rung: ast.Rung, key: str, scope: ElementScope, diagnostics: Diagnostic
     types = tuple(nets.types.get(net, BOOL) for net in range(len(names))) if nets.valued else ()
     return RungGraph(key, rung.name, rung.title, tuple(elements), tuple(heads), tuple(tails),
                      tuple(names), rung.span, types, junctions)
+
+
+def _typed_early(
+    drawing: _Drawing, nets: _Nets, scope: ElementScope, diagnostics: Diagnostics
+) -> dict[int, Element | None]:
+    """Elements that tell the type of a net which stands at a pin before them in the text, as in a loop; by
+    their place. What they read goes before them."""
+    tells: dict[int, int] = {}
+    reads: dict[int, list[int]] = {}
+    for index, (item, _, _) in enumerate(drawing.items) if drawing.at_pin else ():
+        for pin in item.pins if type(item) is ast.Block else ():
+            if type(pin.value) is ast.Junction:
+                net = drawing.find(drawing.at_pin[id(pin.value)])
+                if pin.output:
+                    tells.setdefault(net, index)
+                else:
+                    reads.setdefault(index, []).append(net)
+    feeders = {index: [tells[net] for net in found if net in tells] for index, found in reads.items()}
+    early: dict[int, Element | None] = {}
+    begun: set[int] = set()
+    for index, found in feeders.items():
+        work = [feeder for feeder in reversed(found) if feeder > index]
+        while work:
+            at = work[-1]
+            if at not in begun:
+                begun.add(at)
+                work += [one for one in reversed(feeders.get(at, ())) if one not in begun]
+                continue
+            work.pop()
+            if at not in early:
+                item, head, tail = drawing.items[at]
+                nets.number(head), nets.number(tail)
+                early[at] = element = scope.element(item, nets, diagnostics)
+                if isinstance(element, Block):
+                    nets.learn(element)
+    return early
 
 
 class _Drawing:

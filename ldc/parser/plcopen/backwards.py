@@ -1,4 +1,4 @@
-"""Continuous function charts whose numbers say that something is executed before what feeds it.
+"""Drawings whose numbers of execution say that something is executed before what feeds it.
 
 There it reads the value of the scan before, here that of this scan: told. In a loop one of the elements has to
 begin, and the numbers decide which.

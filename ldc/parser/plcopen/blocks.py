@@ -247,11 +247,17 @@ class Pins:
         return value
 
     def _takes_power(self, pin: Input) -> bool:
-        if self.power_in != NO_WIRE:
+        if self.power_in != NO_WIRE or any(self._comes_back(id_) for id_, _ in pin.sources):
             return False
         if self.is_function:
             return pin.name.upper() == "EN"
         return bool(pin.name) and all(map(self._is_power, pin.sources))
+
+    def _comes_back(self, id_: str) -> bool:
+        """Whether this is a block that has its turn not before this one, as one of any loop of blocks has:
+        power that goes in a circle would come from nowhere."""
+        source = self.writer.drawing.elements.get(id_)
+        return source is not None and source.kind == "block" and source.order >= self.element.order
 
     def _wired(self, pin: Input) -> None:
         writer, span = self.writer, pin.node.span

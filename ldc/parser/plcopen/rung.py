@@ -39,6 +39,7 @@ class RungWriter:
         self.feeds: dict[Output, list[frozenset[Output]]] = {}
         self.failed = False
         self.count = 0
+        self.awaited: tuple[str, ...] = ()
 
     def rung(self, name: str | None, title: str | None) -> ast.Rung | None:
         pins = {element.id: Pins(self, element) for element in self.group if element.kind == "block"}
@@ -56,7 +57,7 @@ class RungWriter:
         self._values()
         if not self.steps:
             return None
-        if self.drawing.body.tag == "CFC":
+        if self.group[0].order[0] == 0:  # numbers come first
             backwards.tell(self.drawing, self.group, self.diagnostics)
         span = self.group[0].node.span
         return ast.Rung(name, title, paths.write(self.steps), span, None)
@@ -96,7 +97,8 @@ class RungWriter:
 
     def add(self, item: ast.Item, head: str | None, tail: str | None, reads=(), writes=()) -> None:
         order = (*self.at, len(self.steps))
-        self.steps.append(Step(order, item, head, tail, tuple(reads), tuple(writes)))
+        self.steps.append(Step(order, item, head, tail, (*reads, *self.awaited), tuple(writes)))
+        self.awaited = ()
 
     # ---- expressions
 
@@ -118,6 +120,8 @@ class RungWriter:
         """The expression in an input variable."""
         element = self.drawing.elements[id_]
         text = element.node.find("expression")
+        if element.inputs and element.inputs[0].sources:
+            self.awaited += (_written(element),)
         found = self.expression(text.content if text is not None else None, element)
         return texts.negated(found) if boxes.is_negated(element.node, reads=True) else found
 
@@ -208,6 +212,7 @@ class RungWriter:
     def _inOutVariable(self, element: Element) -> None:
         if element.inputs[0].sources:
             self._outVariable(element)
+            self.steps[-1].writes += (_written(element),)
 
     def attached(self, element: Element) -> bool:
         """Whether an output variable is the only reader of a block's output: it is written at the pin."""
@@ -280,6 +285,12 @@ class RungWriter:
         block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)
         self.add(block, None, None, (net,) if net else (), (new,))
         return new
+
+
+def _written(box: Element) -> str:
+    """What stands for a net from a box of a variable that is written to the elements that read it there: they
+    have their turn behind it."""
+    return f"box {box.id}"
 
 
 _WRITERS = {kind: getattr(RungWriter, f"_{kind}") for kind in (

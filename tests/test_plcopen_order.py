@@ -1,0 +1,56 @@
+"""PLCopen drawings of function blocks: loops, and what is written and read in one box."""
+
+from __future__ import annotations
+
+from plcopen_xml import block, fbd, result, value
+from test_plcopen import built, run, said
+from test_plcopen_boxes import both
+
+BOOLS = "a b c q w : BOOL; n : CTU; k t : CTD"
+
+
+def test_an_output_that_goes_back_to_an_input_of_its_block() -> None:
+    xml = fbd(BOOLS, value(1, "a"), value(2, "2"), block(
+        3, "CTU", {"CU": 1, "R": "3.Q", "PV": 2}, ("Q", "CV"), "n"), result(4, "q", "3.Q"))
+    rows = run(xml, [{"a": a} for a in (1, 0, 1, 0, 1)], "q n.CV")
+    assert rows == ["0 1", "0 1", "1 2", "0 0", "0 1"]
+
+
+def test_blocks_in_a_ring_that_nothing_else_feeds() -> None:
+    xml = fbd(BOOLS, value(1, "1"), block(2, "CTD", {"CD": "3.Q", "PV": 1}, ("Q",), "k"), block(
+        3, "CTD", {"CD": "2.Q", "PV": 1}, ("Q",), "t"), result(4, "q", "2.Q"), result(5, "w", "3.Q"))
+    assert said(built(xml)).startswith("note LD0316")
+    assert run(xml, [{}, {}], "q w k.CV t.CV") == ["1 1 0 -1", "1 1 -1 -1"]
+
+
+def test_operators_behind_a_loop_know_their_types() -> None:
+    """None of the operands that are written decides between INT and DINT."""
+    xml = fbd("d e : DINT; i : INT; n : CTU; q : BOOL", value(1, "d"), value(2, "7"), value(10, "1"),
+              block(3, "MAX", {"IN1": "4.OUT", "IN2": 2}, ("OUT",)), result(9, "e", "3.OUT"),
+              block(4, "MUL", {"IN1": 1, "IN2": 2}, ("OUT",)),
+              block(5, "GT", {"IN1": "3.OUT", "IN2": 2}, ("OUT",)),
+              block(6, "CTU", {"CU": "7.OUT", "R": "5.OUT", "PV": 10}, ("Q", "CV"), "n"),
+              block(7, "NOT", {"IN": "6.Q"}, ("OUT",)), result(8, "q", "6.Q"))
+    assert run(xml, [{"d": 100_000}, {"d": 0}, {}], "e q") == ["700000 0", "7 1", "7 1"]
+
+
+def test_a_box_is_read_behind_where_it_is_written() -> None:
+    for at in ((5, 1), (90, 90)):
+        xml = fbd(BOOLS, value(1, "a"), block(2, "NOT", {"IN": 1}, ("OUT",), at=(30, 20)),
+                  both(3, "q", "2.OUT", at=(40, 20)), result(4, "w", 3, at=at))
+        assert run(xml, [{"a": 0}, {"a": 1}, {"a": 0}], "q w") == ["1 1", "0 0", "1 1"]
+
+
+def test_a_box_that_is_fed_by_what_it_feeds() -> None:
+    xml = fbd("i j : INT", both(2, "i", "3.OUT"), value(4, "1"),
+              block(3, "ADD", {"IN1": 2, "IN2": 4}, ("OUT",)), result(5, "j", 2))
+    assert run(xml, [{}, {}, {}], "i j") == ["1 1", "2 2", "3 3"]
+
+
+def test_numbers_against_the_wires_are_told() -> None:
+    xml = fbd(BOOLS, value(1, "a"), block(2, "NOT", {"IN": 1}, ("OUT",), executionOrderId=2),
+              block(3, "NOT", {"IN": "2.OUT"}, ("OUT",), executionOrderId=1),
+              result(4, "q", "3.OUT", executionOrderId=3))
+    assert said(built(xml)) == ("warning LD0159 main: block 3 `NOT` at (30, 10) is executed before "
+                                "block 2 `NOT` at (20, 10), which feeds it")
+    assert run(xml, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
