@@ -100,6 +100,7 @@ class Signature:
     ``result`` is the type of a FUNCTION (its pin is called OUT in ladder); ``standard`` tells that
     it comes from the library, not from the project. ``actions``: names of the bodies that may be called
     beside that of the POU; a FUNCTION_BLOCK with such has a last input that tells which one is meant.
+    ``written``: what texts call a POU that was declared once more for some instances (VAR_CONFIG).
     """
 
     kind: str
@@ -110,6 +111,11 @@ class Signature:
     result: Type | None = None
     standard: bool = False
     actions: tuple[str, ...] = ()
+    written: str = ""
+
+    def called(self, name: str) -> bool:
+        """Whether texts mean this POU by the name."""
+        return name.upper() in (self.name.upper(), self.written.upper())
 
     def pin(self, name: str) -> Parameter | None:
         key = name.upper()

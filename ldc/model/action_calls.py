@@ -39,7 +39,8 @@ def called(env: Environment, callee: ast.Expr) -> Called | None:
     if type(callee) is not ast.Member:
         return None
     base = callee.base
-    if type(base) is ast.Name and base.name.upper() == env.pou.upper():
+    around = env.signature(env.pou.upper())
+    if type(base) is ast.Name and around is not None and around.called(base.name):
         return _own(env, callee.name)
     return of_instance(env, base, callee.name)
 

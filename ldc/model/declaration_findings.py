@@ -92,6 +92,19 @@ def location_not_allowed(diagnostics: Diagnostics, span: Span, name: str, where:
                       help="declare it with AT in a PROGRAM or in VAR_GLOBAL and pass it in by a pin")
 
 
+def no_place(diagnostics: Diagnostics, span: Span, path: str, address: str, type_: str) -> None:
+    """An address that was left open for VAR_CONFIG, and that nobody completes."""
+    diagnostics.warning("LD0238", f"nobody gives `{path}` its address", span,
+                        f"AT {address} is open; the variable is in memory",
+                        help="elements of arrays are alike and get none: declare instances with names of their own"
+                        if "[" in path else f"write `VAR_CONFIG {path} AT %{address[1]}... : {type_}; END_VAR`")
+
+
+def bad_configured(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
+    """A line of VAR_CONFIG that fits no instance."""
+    diagnostics.error("LD0239", message, span, label, help=help)
+
+
 def overlapping_outputs(
     diagnostics: Diagnostics, span: Span, name: str, address: str, other: str, first: Span | None
 ) -> None:

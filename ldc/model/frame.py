@@ -72,8 +72,8 @@ class Frame:
 
     def _block_allowed(self, block: ast.VarBlock) -> bool:
         diagnostics = self.owner.diagnostics
-        if self.kind and block.kind == "VAR_GLOBAL":
-            findings.not_allowed_here(diagnostics, block.span, f"VAR_GLOBAL inside of a {self.kind}",
+        if self.kind and block.kind in ("VAR_GLOBAL", "VAR_CONFIG"):
+            findings.not_allowed_here(diagnostics, block.span, f"{block.kind} inside of a {self.kind}",
                                       "globals belong to the project",
                                       "declare them outside of the POU and name them in VAR_EXTERNAL")
         elif not self.kind and block.kind != "VAR_GLOBAL":
@@ -224,7 +224,8 @@ class Frame:
 
     def _location(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> Location | None:
         diagnostics = self.owner.diagnostics
-        if block.kind not in ("VAR", "VAR_GLOBAL") or self.kind in ("FUNCTION", "FUNCTION_BLOCK"):
+        placed = self.kind not in ("FUNCTION", "FUNCTION_BLOCK") or node.path is not None
+        if block.kind not in ("VAR", "VAR_GLOBAL") or not placed:
             where = f"a {self.kind}" if block.kind == "VAR" else block.kind
             findings.location_not_allowed(diagnostics, node.span, node.name, where)
             return None

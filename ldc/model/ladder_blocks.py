@@ -62,10 +62,11 @@ def block(
     place = places.place(env, node.instance, diagnostics)
     if place is None:
         return None
-    if place.type != Instance(key):
+    own = env.signature(place.type.pou) if isinstance(place.type, Instance) else None
+    if own is None or not own.called(key):
         _instance_mismatch(env, node, place, signature, diagnostics)
         return None
-    return Wiring(env, node, signature, net_of, diagnostics).function_block(place)
+    return Wiring(env, node, own, net_of, diagnostics).function_block(place)
 
 
 def _instance_mismatch(

@@ -12,6 +12,7 @@ from ldc.model.chart_names import ACTION, STEP
 from ldc.model.configuration import Configurator
 from ldc.model.edges import edges_of
 from ldc.model.frame import Frame
+from ldc.model.instance_config import configured, with_places
 from ldc.model.names import PREFIX, standard
 from ldc.model.order import call_order
 from ldc.model.outputs import check_overlaps
@@ -48,6 +49,7 @@ def _settings(given: object | None) -> Settings:
 class _Resolver:
     def __init__(self, project: ast.Project, diagnostics: Diagnostics, settings: Settings) -> None:
         self.diagnostics, self.settings = diagnostics, settings
+        project = configured(project, diagnostics)
         self.library, self.image_bytes = settings.library, settings.image_bytes
         self._first: dict[str, Span] = {}
         self._pous: dict[str, ast.Pou] = {}
@@ -112,7 +114,7 @@ class _Resolver:
         )
         check_overlaps(model, self.diagnostics)
         configurator = Configurator(model, self.globals, self.settings, self.diagnostics)
-        return with_paths(configurator.configured(self.configurations))
+        return with_paths(with_places(configurator.configured(self.configurations), self._pous))
 
     def _broken(self) -> dict[str, frozenset[str]]:
         frames = {"": self.globals, **self._frames}
@@ -140,7 +142,8 @@ class _Resolver:
             self._add_chart(node, variables, frame)
         result = self._result(node, frame)
         signature = Signature(node.kind, node.name, *(tuple(map(_parameter, pins[k])) for k in _PINS),
-                              result=result, standard=self.library, actions=actions)
+                              result=result, standard=self.library, actions=actions,
+                              written=node.written)
         ordered = {v.name.upper(): v for kind in _PINS for v in pins[kind]}
         ordered.update((key, v) for key, v in variables.items() if v.kind not in _PINS)
         if result is not None:

@@ -166,7 +166,8 @@ TypeExpr = NamedType | ArrayType | StructType | EnumType | SubrangeType
 class VarDecl:
     """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line).
     ``note``: what a foreign source says about it, one line. ``edge``: R_EDGE or F_EDGE, an input that is
-    TRUE inside for one call only."""
+    TRUE inside for one call only. ``path``: of a variable in an instance of a function block,
+    to which VAR_CONFIG has given an address."""
 
     name: str
     location: str | None
@@ -176,11 +177,13 @@ class VarDecl:
     group_span: Span
     note: str | None = None
     edge: str | None = None
+    path: str | None = None
 
 
 @record
 class VarBlock:
-    """``kind``: VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL VAR_GLOBAL;
+    """``kind``: VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL VAR_GLOBAL, or VAR_CONFIG, where
+    names are paths of instances;
     ``qualifiers``: of RETAIN NON_RETAIN CONSTANT."""
 
     kind: str
@@ -321,7 +324,8 @@ class Pou:
     """``kind``: PROGRAM FUNCTION_BLOCK FUNCTION. ``result`` is the type that a FUNCTION returns, if
     it returns something. The
     body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart. ``actions``:
-    further bodies with names, which are executed where they are called; those of a chart are in its body."""
+    further bodies with names, which are executed where they are called; those of a chart are in its
+    body. ``written``: what the source calls it, where it has another name (VAR_CONFIG)."""
 
     kind: str
     name: str
@@ -332,6 +336,7 @@ class Pou:
     span: Span
     name_span: Span
     actions: tuple[Action, ...] = ()
+    written: str = ""
 
 
 # ---- configuration ----------------------------------------------------------------------------

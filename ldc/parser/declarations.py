@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ldc.parser import ast
 from ldc.parser.builder import Builder, Values
+from ldc.parser.unparse import expr_text
 from ldc.records import record
 from ldc.source import Span
 
@@ -42,6 +43,19 @@ class FileBuilder(Builder):
         group = self.span(name, values[-1])
         location = self.word(address).upper()
         return [ast.VarDecl(self.declared(name), location, kind, initial, self.span(name, name), group)]
+
+    def configured(self, values: Values) -> list[ast.VarDecl]:
+        """A line of VAR_CONFIG; the name is a path."""
+        return self._configured(values[0], None, values[2], values)
+
+    def configured_at(self, values: Values) -> list[ast.VarDecl]:
+        return self._configured(values[0], self.word(values[2]).upper(), values[4], values)
+
+    def _configured(self, path: ast.Expr, location: str | None, type_: ast.TypeExpr, values: Values
+                    ) -> list[ast.VarDecl]:
+        initial = values[-2] if values[-2] is not type_ else None
+        group = Span(self.source, path.span.start, self.span(values[-1], values[-1]).end)
+        return [ast.VarDecl(expr_text(path), location, type_, initial, path.span, group)]
 
     def named_type(self, values: Values) -> ast.NamedType:
         return ast.NamedType(self.word(values[0]), None, self.span(values[0], values[0]))

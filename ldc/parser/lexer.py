@@ -18,12 +18,13 @@ BAD = "BAD"
 MAX_WORD, MAX_TOKENS, MOST_TOKENS = 1_000, 200_000, 4_000_000
 """Characters of a name or an address; symbols of a rung or a declaration; symbols of a file."""
 
-SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_GLOBAL")
+SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_GLOBAL",
+            "VAR_CONFIG")
 QUALIFIERS = ("RETAIN", "NON_RETAIN", "CONSTANT")
 _SAME = """
     PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK TYPE END_TYPE
     STRUCT END_STRUCT CONFIGURATION END_CONFIGURATION RESOURCE END_RESOURCE TASK
-    END_VAR VAR_ACCESS VAR_CONFIG READ_ONLY READ_WRITE
+    END_VAR VAR_ACCESS READ_ONLY READ_WRITE
     ARRAY OF AT ON WITH RUNG RETURN NOT R_EDGE F_EDGE
     IF THEN ELSE ELSIF END_IF CASE END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL END_REPEAT EXIT
     ACTION END_ACTION STEP END_STEP INITIAL_STEP TRANSITION END_TRANSITION FROM
@@ -57,7 +58,7 @@ _SCAN = Pattern(
       | [A-Za-z_]\w*\#(?: [+-]?\d\w*+(?:[.:\#]\w+)*+ | [A-Za-z_]\w*+ | {_STRING} | {_TEXT} ) )
   | (?P<NUMBER> \d[\d_]*+(?: \.\d[\d_]*+(?:[eE][+-]?\d+)? | [eE][+-]?\d+ | \#\w++ )(?!\w) )
   | (?P<INTEGER> \d[\d_]*+(?!\w) )
-  | (?P<DIRECT> %[A-Za-z_]\w*+(?:\.\d+)*+ )
+  | (?P<DIRECT> %[IQMiqm][XBWDLxbwdl]?\* | %[A-Za-z_]\w*+(?:\.\d+)*+ )
   | (?P<STRING> {_STRING} )
   | (?P<TEXT> {_TEXT} )
   | (?P<BAD>   (?:\(\*|/\*)(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]*

@@ -20,7 +20,8 @@ from ldc.parser.unread import Heads
 from ldc.source import SourceFile, Span
 
 POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
-_STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", "VAR_GLOBAL"))
+_SHARED = ("VAR_GLOBAL", "VAR_CONFIG")
+_STARTERS = frozenset((*POUS, "TYPE", "CONFIGURATION", *_SHARED))
 _ENDS = frozenset(f"END_{kind}" for kind in (*POUS, "TYPE", "CONFIGURATION", "RESOURCE", "VAR"))
 _STOPS = _STARTERS | _ENDS | {*SECTIONS, "RUNG", "RESOURCE", "TASK", "ACTION"}
 _SECTIONS = frozenset(SECTIONS)
@@ -95,7 +96,7 @@ class Reader:
                 self._pou()
             elif kind == "TYPE":
                 self.type_decls += self._lines_until("END_TYPE", "type_line", "TYPE")
-            elif kind == "VAR_GLOBAL":
+            elif kind in _SHARED:
                 self.globals.append(self._section())
             elif kind == "CONFIGURATION":
                 self._configuration()
@@ -172,7 +173,8 @@ class Reader:
         while self._qualifier(self.at + 1):
             self.at += 1
         qualifiers = tuple(self.tokens.text(at).upper() for at in range(first + 1, self.at + 1))
-        groups = self._lines_until("END_VAR", "var_line", kind, first)
+        symbol = "config_line" if kind == "VAR_CONFIG" else "var_line"
+        groups = self._lines_until("END_VAR", symbol, kind, first)
         variables = tuple(variable for group in groups for variable in group)
         return ast.VarBlock(kind, qualifiers, variables, self.tokens.span(first, self.at - 1))
 
@@ -368,7 +370,7 @@ class Reader:
         name = self.units.parse("configuration_head", first, self.at, "heading")
         blocks, resources = [], []
         while (word := self._kind()) and word != "END_CONFIGURATION" and word not in _CONFIGURATION_STOPS:
-            if word == "VAR_GLOBAL":
+            if word in _SHARED:
                 blocks.append(self._section())
             elif word == "RESOURCE":
                 resources.append(self._resource())
@@ -419,7 +421,7 @@ _POU_ENDS = frozenset(f"END_{kind}" for kind in POUS)
 _POU_STOPS = _POU_ENDS | _STARTERS
 _BODY_STOPS = _POU_STOPS | {"ACTION"}
 _CHART_PARTS = frozenset(charts.STARTS) - {"ACTION"}
-_IN_CONFIGURATION = frozenset(("VAR_GLOBAL", "RESOURCE", "END_CONFIGURATION"))
+_IN_CONFIGURATION = frozenset((*_SHARED, "RESOURCE", "END_CONFIGURATION"))
 _IN_RESOURCE = frozenset(("VAR_GLOBAL", "TASK", "PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION"))
 _LINE_STOPS = _IN_RESOURCE | {";"}
 _CONFIGURATION_STOPS = frozenset(("CONFIGURATION", "TYPE", "FUNCTION", "FUNCTION_BLOCK"))

@@ -17,8 +17,8 @@ import msgspec
 
 _FORMAT = "2"
 STARTS = ("rung", "single_expression", "single_type", "single_initial", "statement", "for_head",
-          "case_labels", "var_line", "type_line", "pou_head", "configuration_head", "resource_head", "task_line", "program_line",
-          "step_head", "action_head", "association", "transition")
+          "case_labels", "var_line", "config_line", "type_line", "pou_head", "configuration_head",
+          "resource_head", "task_line", "program_line", "step_head", "action_head", "association", "transition")
 END = "$END"
 
 

@@ -30,8 +30,10 @@ def section(parent: Element, block: ast.VarBlock, notes: Notes) -> None:
         variable(made, declared, notes)
 
 
-def variable(parent: Element, declared: ast.VarDecl, notes: Notes) -> None:
-    made = add(parent, "variable", name=declared.name, address=declared.location)
+def variable(
+    parent: Element, declared: ast.VarDecl, notes: Notes, tag: str = "variable", named: str = "name"
+) -> None:
+    made = add(parent, tag, **{named: declared.name}, address=declared.location)
     type_(add(made, "type"), declared.type, notes)
     _initial(made, declared.initial)
     if declared.edge is not None:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element
 
 from ldc.durations import duration_text
-from ldc.export.plcopen.declarations import Notes, section
+from ldc.export.plcopen.declarations import Notes, section, variable
 from ldc.export.plcopen.tags import add, own_data
 from ldc.model.project import Model, Resource
 from ldc.parser import ast
@@ -31,8 +31,15 @@ def configuration(
     blocks = {r.name.upper(): r.var_blocks for c in written for r in c.resources}
     for resource in model.resources:
         _resource(made, resource, blocks.get(resource.name.upper(), ()), model, period, taken, notes)
-    for block in (*(b for file in files for b in file.globals), *(b for c in written for b in c.var_blocks)):
-        section(made, block, notes)
+    shared = [*(b for file in files for b in file.globals), *(b for c in written for b in c.var_blocks)]
+    for block in shared:
+        if block.kind == "VAR_GLOBAL":
+            section(made, block, notes)
+    completed = [v for block in shared if block.kind == "VAR_CONFIG" for v in block.variables]
+    if completed:
+        holder = add(made, "configVars")
+        for declared in completed:
+            variable(holder, declared, notes, "configVariable", "instancePathAndName")
 
 
 def _resource(parent: Element, resource: Resource, blocks: Sequence[ast.VarBlock], model: Model, period: int,
@@ -47,7 +54,8 @@ def _resource(parent: Element, resource: Resource, blocks: Sequence[ast.VarBlock
             changed["interval"] = (interval, "")
         for run in resource.runs:
             if run.task.upper() == task.name.upper():
-                _keep(*_named(row, "pouInstance", run.name, taken, typeName=model.pous[run.pou].name))
+                signature = model.pous[run.pou].signature
+                _keep(*_named(row, "pouInstance", run.name, taken, typeName=signature.written or signature.name))
         _keep(row, changed)
     for block in blocks:
         section(made, block, notes)

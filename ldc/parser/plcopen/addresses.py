@@ -9,7 +9,7 @@ address of another size than the variable's (`%MD4 : TIME`); such a variable has
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 
 from ldc.parser import ast
@@ -33,25 +33,27 @@ _FAR = 1_024
 Blocks = tuple[ast.VarBlock, ...]
 
 
-def mended(blocks: Iterable[Blocks], reading: Reading) -> Callable[[Blocks], Blocks]:
+def mended(blocks: Sequence[Blocks], reading: Reading) -> Callable[[Blocks], Blocks]:
     """What makes the sections of a file right; ``blocks`` are all of them."""
     found = [v for group in blocks for block in group for v in block.variables if v.location]
     if not found:
         return lambda group: group
+    completed = any(block.kind == "VAR_CONFIG" for group in blocks for block in group)
     apart = _APART.search(reading.source.text, 0, _HEAD) is not None
     moved = moves({v.location for v in found}, [reading.source.text]) if apart else {}
-    return changed(moved, reading, _other_sizes(found))
+    return changed(moved, reading, _other_sizes(found), completed)
 
 
 def changed(
-    moved: Mapping[str, str], reading: Reading, other_sizes: Set[str] = frozenset()
+    moved: Mapping[str, str], reading: Reading, other_sizes: Set[str] = frozenset(), completed: bool = False
 ) -> Callable[[Blocks], Blocks]:
     """What gives variables their new addresses, and takes those that name no place, or are of one of the
-    ``other_sizes``: places of one variable each, whose type has another size."""
+    ``other_sizes``: places of one variable each, whose type has another size. ``completed``: addresses that
+    are open (`%I*`) stay, VAR_CONFIG completes them."""
 
     def variable(declared: ast.VarDecl) -> ast.VarDecl:
         place = declared.location
-        if place is None:
+        if place is None or completed and place.endswith("*"):
             return declared
         if _without(place):
             reading.left_out(declared.span, f"the address {place} of `{declared.name}`",

@@ -16,7 +16,8 @@ _MOST_PRIORITY = 65535
 def configuration(node: Node, diagnostics: Diagnostics) -> ast.Configuration:
     resources = _apart([resource(child, diagnostics) for child in node.all("resource")])
     name = texts.label(node.get("name"), "configuration")
-    return ast.Configuration(name, interface.var_blocks(node, diagnostics), resources, node.whole)
+    blocks = interface.var_blocks(node, diagnostics) + interface.config_vars(node, diagnostics)
+    return ast.Configuration(name, blocks, resources, node.whole)
 
 
 def _apart(resources: list[ast.Resource]) -> tuple[ast.Resource, ...]:

@@ -21,6 +21,7 @@ _QUOTES = {"STRING": "'", "WSTRING": '"'}
 _SYNONYMS = {"BIT": "BOOL"}
 """Types of other editors that are like one of the standard."""
 _WRITTEN_OUT = Pattern(r"\s*(W?STRING\s*[(\[]|ARRAY\s*\[)", re.IGNORECASE)
+_PATH = Pattern(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[[\d, -]+\])+", re.ASCII)
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "RETAIN", "nonretain": "NON_RETAIN"}
 
 
@@ -33,6 +34,29 @@ def var_block(node: Node, diagnostics: Diagnostics) -> ast.VarBlock:
     qualifiers = tuple(dict.fromkeys(word for key, word in _QUALIFIERS.items() if node.flag(key)))
     variables = (variable(child, diagnostics) for child in node.all("variable"))
     return ast.VarBlock(SECTIONS[node.tag], qualifiers, tuple(v for v in variables if v), node.whole)
+
+
+def config_vars(parent: Node, diagnostics: Diagnostics) -> tuple[ast.VarBlock, ...]:
+    """VAR_CONFIG: addresses and values of instances, which are named by their paths."""
+    found = []
+    for node in parent.all("configVars"):
+        variables = [_configured(child, diagnostics) for child in node.all("configVariable")]
+        if any(variables):
+            found.append(ast.VarBlock("VAR_CONFIG", (), tuple(v for v in variables if v), node.whole))
+    return tuple(found)
+
+
+def _configured(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
+    path, type_ = node.get("instancePathAndName").strip(), type_of(node.find("type"), node, diagnostics)
+    if not _PATH.fullmatch(path):
+        findings.malformed(diagnostics, node.span, f"`{path[:40]}` is no path of a variable in an instance")
+        return None
+    if type_ is None:
+        return None
+    value = _unquoted(node, type_) or initial(node.find("initialValue"), diagnostics)
+    note = texts.prose(node.find("documentation")) or None
+    return ast.VarDecl(path, node.get("address").strip().upper() or None, type_, value,
+                       node.attribute("instancePathAndName"), node.span, note)
 
 
 def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
