@@ -51,7 +51,8 @@ class Field:
         UnknownPoint."""
         found = [self._find(path) for path in paths]
         if len(found) > 1 and {place.type for place in found} in ({"f32"}, {"i32"}, {"u32"}):
-            return partial(itemgetter(*(place.index for place in found)), self._views[_FORMATS[found[0].type]])
+            view = self._views[_FORMATS[found[0].type]]
+            return partial(itemgetter(*(place.index for place in found)), view)
         each = [self.reader(path) for path in paths]
         return lambda: tuple([read() for read in each])
 

@@ -315,53 +315,64 @@ class System:
         """One scan of the master, and what else happens until the next one. The scheduler is asked only when
         it has threads to execute."""
         scheduler, slaves, seen = self._scheduler, self._slaves, self._seen
-        plant, plant_ns, silences, began = self._plant, self._plant_ns, self._silences, self._began
+        plant, plant_ns, began, several = self._plant, self._plant_ns, self._began, len(slaves) > 1
+        beside = self._silences is not None or self._executions is not None
         if self._executions is not None:
             self.machine.latch()
             self._guard()
         end = scheduler.now_ns + self.machine.period_ns
-        planned = scheduler.next_ns
+        # What comes next: a step of the plant, a period of a slave, or what the scheduler has planned.
+        due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
         while True:
-            due = now = self._plant_due
+            now = due if due < soonest else soonest
             if planned < now:
                 now = planned
-            for slave in slaves:
-                if slave.due < now:
-                    now = slave.due
             if now >= end:
                 break
             if due == now:
                 plant.step(began + now, plant_ns)
-                self._plant_due = now + plant_ns
-                if silences is not None:
-                    self._power()
-                if self._executions is not None:
-                    scheduler.run(now)
-                    self._guard()
-                    planned = scheduler.next_ns
-            for slave in slaves:
-                if slave.due == now:
-                    if not slave.part.live:
-                        slave.due = NEVER
-                        continue
-                    slave.due = now + slave.period_ns
-                    if scheduler.release_first(slave.algorithm, now):
-                        planned = now
+                self._plant_due = due = now + plant_ns
+                if beside:
+                    self._beside(now)
+                    soonest, planned = self._soonest(), scheduler.next_ns
+            if soonest == now:
+                for slave in slaves:
+                    if slave.due == now:
+                        if not slave.part.live:
+                            slave.due = NEVER
+                            continue
+                        slave.due = now + slave.period_ns
+                        if scheduler.release_first(slave.algorithm, now):
+                            planned = now
+                soonest = self._soonest() if several else slave.due
             if planned <= now:
                 scheduler.run(now + 1)
-                planned = scheduler.next_ns
+                soonest, planned = self._soonest(), scheduler.next_ns
             if seen is not None:
                 seen(self.snapshot(now))
         scheduler.run(end)
         if self._executions is not None:
             self.machine.end()
 
+    def _soonest(self) -> int:
+        """When algorithms of a slave execute next."""
+        return min([slave.due for slave in self._slaves], default=NEVER)
+
+    def _beside(self, now: int) -> None:
+        """What follows a step of the plant at once: power of slaves, an emergency stop."""
+        if self._silences is not None:
+            self._power()
+        if self._executions is not None:
+            self._scheduler.run(now)
+            self._guard()
+
     def snapshot(self, now: int) -> Snapshot:
         """What there is when everything of a moment is done. ``now``: its time of the scheduler."""
         safe, value = self.machine.safe_values(range(len(self.machine.layout.programs))), self.machine.value
         sides = [(s.part.number, s.of_master.words, s.of_slave.words) for s in self._slaves]
         raised = {(number, True, slot) for number, master, slave in sides for slot in _raised(master, slave)}
-        raised |= {(number, False, slot) for number, master, slave in sides for slot in _raised(slave, master)}
+        raised |= {(number, False, slot)
+                   for number, master, slave in sides for slot in _raised(slave, master)}
         open_ = {(p.placed.slave, to_slave, p.placed.slot) for p in self.master.proxies
                  for to_slave in (True, False) if not p.endpoint.idle}
         # A slave whose communication waits for its processor has not ended its side yet.

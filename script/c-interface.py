@@ -1,5 +1,5 @@
-"""Writes runtime/c_interface.py: what Python and native code call of each other, parsed. With it neither needs
-a parser of C when they start, which took longer than all of a short run.
+"""Writes runtime/c_interface.py: what Python and native code call of each other, parsed. With it neither
+needs a parser of C when they start, which took longer than all of a short run.
 
     python script/c-interface.py > runtime/c_interface.py
 """

@@ -1,4 +1,5 @@
-"""What Python knows of native code without a parser of C: the interface, and where members of structures lie."""
+"""What Python knows of native code without a parser of C: the interface, and where members of structures
+lie."""
 
 from __future__ import annotations
 

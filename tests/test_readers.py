@@ -56,7 +56,8 @@ def test_all_at_once_is_as_one_by_one(tmp_path: Path, engine: str) -> None:
         read, machine_has = machine.reader(wanted), [machine.value(symbol) for symbol in wanted]
         assert read() == read() == tuple(machine_has)
         assert list(map(type, read())) == list(map(type, machine_has))
-    some = [s for s in symbols if s.path.upper() in ("MAIN.PAIR.N", "MAIN.LATE.Q", "MAIN.FIRST", "MAIN.PLACE")]
+    paths = "MAIN.PAIR.N", "MAIN.LATE.Q", "MAIN.FIRST", "MAIN.PLACE"
+    some = [s for s in symbols if s.path.upper() in paths]
     for wanted in (some, [s for s in some if s.keys]):
         before = machine.reader(wanted)
         before()

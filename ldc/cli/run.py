@@ -97,7 +97,8 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
             from ldc.cli.live_table import LiveTable, Powers  # loads rich
 
             stepped = runner is _alone and _stepped(options, sources)
-            table = LiveTable(machine, names, scans, Powers(machine, result.units) if stepped else None, execute)
+            powers = Powers(machine, result.units) if stepped else None
+            table = LiveTable(machine, names, scans, powers, execute)
         with displayed(options, machine, names, table, file, execute) as (scan, sample):
             beat()
             for _ in range(scans):

@@ -52,8 +52,8 @@ class Proxy:
 
     ``quiet_scans``: after as many without a word of an algorithm that executes, it gets its parameters once
     more, so that a slave that has died is found out. ``pins``: what goes to the slave; ``raw``: their values
-    that were looked at last; ``command``: what is to be sent. ``blocked``: nothing is started until ``renew``, and
-    then the power has to rise anew. """
+    that were looked at last; ``command``: what is to be sent. ``blocked``: nothing is started until
+    ``renew``, and then the power has to rise anew. """
 
     def __init__(self, placed: Placed, memory: Memory, ack_periods: int, quiet_scans: int) -> None:
         self.placed = placed

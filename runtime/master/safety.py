@@ -25,7 +25,8 @@ class Safety:
     """``state``: of the master, as SPEC 5 has it. ``estop``: the emergency stop is TRUE, or was when its
     emergency began and nobody has looked since. ``late``: the code computes it (or ``reset``), so it may
     change between two rungs. ``held``: outputs with the values that they keep until ``acknowledge``.
-    ``causes``: why one has been demanded, until somebody has taken them. ``on_emergency`` is called when an emergency begins, for those who reach the slaves without P."""
+    ``causes``: why one has been demanded, until somebody has taken them. ``on_emergency`` is called when an
+    emergency begins, for those who reach the slaves without P."""
 
     def __init__(self, on_emergency: Callable[[], None], wiring: Wiring | None) -> None:
         self.state, self.estop, self.late = Master.STOP, False, False

@@ -66,6 +66,7 @@ class Scheduler:
         by_period = sorted(threads, key=lambda t: (t.period_ns is None, t.period_ns or 0, ids[t.name]))
         for number, thread in enumerate(by_period):
             thread.number, thread.on = number, made
+            thread.quick = self.log is None and thread is not made.scan
             if thread.period_ns is not None:
                 thread.due = thread.offset_ns
                 heappush(self._agenda, (thread.due, _PERIOD, index, number, thread, made))
@@ -119,10 +120,18 @@ class Scheduler:
         thread.active, thread.released = True, now_ns
         if self.log is not None:
             self._note(on, thread, "began")
-        thread.counts.least_delay = 0
-        self._execute(on, thread, now_ns)
-        if on.stack:
+        counts = thread.counts
+        counts.least_delay = 0
+        pieces = thread.work(now_ns)
+        if pieces is not None:
+            thread.pieces = pieces
+            on.stack.append(thread)
             self._turns |= 1 << on.index
+        elif thread.quick and thread.pending is None:  # as in _ended, in no time
+            thread.active, thread.streak = False, 0
+            counts.executions += 1
+        else:
+            self._ended(on, thread)
         return self._turns != 0
 
     def _released(self, on: _Processor, thread: Thread) -> None:
@@ -244,19 +253,15 @@ class Scheduler:
             counts.most_delay = delay
         if self.log is not None:
             self._note(on, thread, "began")
-        self._execute(on, thread, now)
-
-    def _execute(self, on: _Processor, thread: Thread, now: int) -> None:
         pieces = thread.work(now)
         if pieces is not None:
             thread.pieces = pieces
             on.stack.append(thread)
-        elif self.log is not None or thread.pending is not None or thread is on.scan or thread.released != now:
+        elif thread.quick and not delay and thread.pending is None:  # as in _ended, in no time
+            thread.active, thread.streak = False, 0
+            counts.executions += 1
+        else:
             self._ended(on, thread)
-        else:  # as there, when nobody notes it and it took no time
-            thread.active = thread.late = False
-            thread.streak = 0
-            thread.counts.executions += 1
 
     def _end_if_through(self, on: _Processor) -> bool:
         """Ends the thread in execution when its iterator tells that it has no piece more."""

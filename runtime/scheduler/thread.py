@@ -84,10 +84,11 @@ class Thread:
     priority: int = 0
     on_watchdog: Callable[[int], None] | None = None
     counts: Counts = field(default_factory=Counts, init=False)
-    # What the scheduler notes. ``on``: its processor; ``urgency``: level and priority; ``order``: that and
-    # the rank; ``number``:
-    # among equals; ``left``: of the budget; ``ends``: when the piece ends that it was last in work at.
+    # What the scheduler notes. ``on``: its processor; ``quick``: nobody notes its end or follows it;
+    # ``urgency``: level and priority; ``order``: that and the rank; ``number``: among equals; ``left``: of the
+    # budget; ``ends``: when the piece ends that it was last in work at.
     on: object = field(init=False, repr=False, default=None)
+    quick: bool = field(init=False, repr=False, default=False)
     urgency: int = field(init=False, repr=False)
     order: int = field(init=False, repr=False)
     number: int = field(init=False, repr=False, default=0)

@@ -77,8 +77,8 @@ class SlavePart:
     are a failure.
 
     ``live``: what executes or is about to: as long as there is something, ``execute`` is to be called every
-    ``period_ns``. ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the master. Raises
-    what makers raise.
+    ``period_ns``. ``faults``: of IL, in their order, each with the algorithm as its task and the scan of the
+    master. Raises what makers raise.
     """
 
     def __init__(self, number: int, memory: Memory, placed: Sequence[Placed], makers: Mapping[str, Maker],
