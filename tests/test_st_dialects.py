@@ -149,6 +149,23 @@ def test_words_of_objects_are_names_elsewhere() -> None:
     assert compiled(text, "main.st")
 
 
+def test_a_number_times_a_time(tmp_path: Path) -> None:
+    text = """FUNCTION twice : INT VAR_INPUT n : INT; END_VAR twice := 2 * n; END_FUNCTION
+FUNCTION long : TIME VAR_INPUT n : INT; END_VAR long := n * T#1m; END_FUNCTION
+PROGRAM main VAR n : INT := 3; u : UINT := 7; x : REAL := 0.5; t : TIME := T#4s; l : LTIME;
+    a, b, c, d, e, f : TIME;
+END_VAR
+    a := n * T#1s; b := x * t; c := 2 * t + n * u * T#1ms; d := MUL(n, t); e := 2.5 * T#1s; f := twice(n) * t;
+    l := 2 * LTIME#1s;
+END_PROGRAM
+"""
+    found = trace(tmp_path, text, "main.st", [{}], ("a", "b", "c", "d", "e", "f", "l"))
+    assert found == [tuple(10**6 * ms for ms in (3_000, 2_000, 8_021, 12_000, 2_500, 24_000, 2_000))]
+    for wrong, code in (("a := t * t;", "LD0410"), ("a := n / t;", "LD0410"), ("a := TRUE * t;", "LD0410"),
+                        ("n := n * t;", "LD0403"), ("a := twice(n) * long(n);", "LD0410")):
+        assert code in [d.code for d in checked(text.replace("a := n * T#1s;", wrong), "main.st").diagnostics]
+
+
 def test_the_bounds_of_an_array_are_constants(tmp_path: Path) -> None:
     text = """PROGRAM main VAR a : ARRAY [2..5, -1..1] OF INT; i, n : INT; d : DINT; END_VAR
     FOR i := 2 TO 5 DO n := n + i; END_FOR;

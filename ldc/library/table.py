@@ -101,17 +101,23 @@ class Function:
         count = len(arguments)
         if count < self.least or (count > self.least and not self.extensible):
             return self._count_error(count)
-        pins = self.pins(count)
-        errors = []
-        for shape in self.shapes:
-            found = _match(self.name, shape, pins, arguments)
-            if not isinstance(found, str):
-                parameters, result = found
-                return Resolved(self.name, pins, parameters, result)
-            errors.append(found)
+        errors: list[str] = []
+        found = self._matched(arguments, errors)
+        if found is not None:
+            return found
         if len(self.shapes) > 1 and any(t is not None and is_temporal(t) for t in arguments):
             return self._overload_error(arguments)
         return errors[0]
+
+    def _matched(self, arguments: Sequence[Type | None], errors: list[str]) -> Resolved | None:
+        """The types by the first shape that fits; what is wrong with those before is added to ``errors``."""
+        pins = self.pins(len(arguments))
+        for shape in self.shapes:
+            found = _match(self.name, shape, pins, arguments)
+            if not isinstance(found, str):
+                return Resolved(self.name, pins, *found)
+            errors.append(found)
+        return None
 
     def _count_error(self, count: int) -> str:
         least = "at least " if self.extensible else ""
@@ -121,8 +127,7 @@ class Function:
     def _overload_error(self, arguments: Sequence[Type | None]) -> str:
         given = ", ".join("a literal" if t is None else str(t) for t in arguments)
         ways = [", ".join(i.removeprefix("own ") for i in shape.inputs) for shape in self.shapes]
-        turned = tuple(reversed(arguments))
-        if self.name == "MUL" and not isinstance(self.resolve(turned), str):
+        if self.name == "MUL" and self._matched(tuple(reversed(arguments)), []) is not None:
             return f"MUL takes the TIME first and the number second, not ({given})"
         return f"{self.name} does not take ({given}); it takes ({'), ('.join(ways)})"
 

@@ -23,6 +23,7 @@ from ldc.types import (
     BOOL,
     LREAL,
     REAL,
+    TIME,
     Array,
     Elementary,
     Enum,
@@ -326,6 +327,8 @@ def apply(
     hint: Type | None = None,
 ) -> Apply | None:
     """A standard function or operator on typed or undecided values."""
+    if name == "MUL" and _time_last(args):
+        args = (args[1], args[0])
     resolved = resolve(name, args, hint)
     if isinstance(resolved, str):
         findings.no_such_operation(diagnostics, span, resolved, _operation_help(name, args))
@@ -338,6 +341,30 @@ def apply(
         findings.division_by_zero(diagnostics, typed[1].span or span)
         return None
     return Apply(resolved.name, typed, resolved.result, span)
+
+
+def _time_last(args: tuple[Value, ...]) -> bool:
+    """Whether these are a number and a TIME, `n * T#1s`: the library takes the TIME first, and which of them is
+    computed first is seen only when both call a FUNCTION of the project."""
+    if len(args) != 2 or any(type(a) is AnyEnum for a in args):
+        return False
+    number, time = args
+    if type(time) is Untyped or storage(time.type) != TIME:
+        return False
+    if type(number) is not Untyped and (number.type is None or storage(number.type) == TIME):
+        return False
+    return not (_calls_users(number) and _calls_users(time))
+
+
+def _calls_users(value: Value) -> bool:
+    todo: list[object] = [value]
+    while todo:
+        node = todo.pop()
+        if type(node) is Apply:
+            if node.user:
+                return True
+            todo += node.args
+    return False
 
 
 def _operation_help(name: str, args: tuple[Value, ...]) -> str:
