@@ -16,7 +16,19 @@ from ldc.model import calls, places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
-from ldc.model.values import AnyEnum, NetValue, Untyped, Value, coerce, fits, literal, natural, storable
+from ldc.model.values import (
+    AnyEnum,
+    NetValue,
+    Untyped,
+    Value,
+    as_number,
+    coerce,
+    fits,
+    literal,
+    natural,
+    storable,
+    unsigned,
+)
 from ldc.parser import ast
 from ldc.source import Span
 from ldc.types import (
@@ -42,7 +54,9 @@ OPERATORS = {
 }
 LOGIC = frozenset(("AND", "OR", "XOR"))
 ARITHMETIC = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "EXPT"))
+COMPARISONS = frozenset(("EQ", "NE", "LT", "GT", "LE", "GE"))
 DIVISIONS = frozenset(("DIV", "MOD", "DIVTIME"))
+_COUNTING = (ARITHMETIC | COMPARISONS) - {"EXPT"}
 _UNDECIDED = (Untyped, AnyEnum)
 
 
@@ -330,6 +344,8 @@ def apply(
     if name == "MUL" and _time_last(args):
         args = (args[1], args[0])
     resolved = resolve(name, args, hint)
+    if isinstance(resolved, str) and (counted := _counted(env, name, args, span, diagnostics)) is not None:
+        return counted
     if isinstance(resolved, str):
         findings.no_such_operation(diagnostics, span, resolved, _operation_help(name, args))
         return None
@@ -341,6 +357,36 @@ def apply(
         findings.division_by_zero(diagnostics, typed[1].span or span)
         return None
     return Apply(resolved.name, typed, resolved.result, span)
+
+
+def _counted(
+    env: Environment, name: str, args: tuple[Value, ...], span: Span, diagnostics: Diagnostics
+) -> Apply | None:
+    """Bit strings that an operator takes for unsigned numbers, as other editors do: among themselves and with
+    literals the result is a bit string of the largest size, with other numbers it is a number. None when it is
+    something else that does not fit."""
+    if name not in _COUNTING or any(type(a) is AnyEnum for a in args):
+        return None
+    numbers = []
+    largest, mixed = None, False
+    for arg in args:
+        own = None if type(arg) in _UNDECIDED or isinstance(arg.type, Enum) else unsigned(arg.type)
+        if own is None:
+            mixed |= type(arg) not in _UNDECIDED
+            numbers.append(arg)
+            continue
+        number = as_number(arg, own)
+        if largest is None or own.bits > unsigned(largest).bits:
+            largest = storage(arg.type)
+        numbers.append(number)
+    if largest is None or isinstance(resolve(name, tuple(numbers)), str):
+        return None
+    found = apply(env, name, tuple(numbers), span, diagnostics)
+    if found is None:
+        return None
+    findings.counted(diagnostics, span, largest, unsigned(largest))
+    back = not mixed and found.type is unsigned(largest)
+    return as_number(found, largest) if back else found
 
 
 def _time_last(args: tuple[Value, ...]) -> bool:

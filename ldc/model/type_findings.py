@@ -139,3 +139,10 @@ def modifier_on_expression(diagnostics: Diagnostics, span: Span, modifier: str, 
 def unknown_type_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None:
     diagnostics.error("LD0414", f"there is no enumeration `{name}`", span, "unknown type",
                       help=f"declare it, `TYPE {name} : (value, value); END_TYPE`, or correct the name")
+
+
+def counted(diagnostics: Diagnostics, span: Span, type_: Type, number: Type) -> None:
+    """A bit string is taken for a number, or the other way round."""
+    diagnostics.warning("LD0240", f"{type_} counts as {number} here", span, "converted",
+                        help="IEC 61131-3 has no such conversion, other editors make it: "
+                             f"`{type_}_TO_{number}(...)` says it")

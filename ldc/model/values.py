@@ -23,7 +23,10 @@ from ldc.types import (
     LINT,
     REAL,
     STRING,
+    UDINT,
+    UINT,
     ULINT,
+    USINT,
     WSTRING,
     Elementary,
     Enum,
@@ -208,8 +211,42 @@ def coerce(
         return value
     if storable(got, wanted):
         return converted(value, storage(got), storage(wanted), span)
+    counted = as_number(value, wanted)
+    if counted is not None:
+        findings.counted(diagnostics, span, got, wanted)
+        return counted
     findings.mismatch(diagnostics, span, wanted, got, what)
     return None
+
+
+def unsigned(type_: Type) -> Elementary | None:
+    """The unsigned number of the size of a bit string; None for other types."""
+    base = storage(type_)
+    if not isinstance(base, Elementary) or base.kind != "bits":
+        return None
+    return {8: USINT, 16: UINT, 32: UDINT, 64: ULINT}[base.bits]
+
+
+def as_number(value: Expr, wanted: Type) -> Expr | None:
+    """A bit string as the unsigned number that it is in other editors, where the number fits; or the other
+    way round. None when it does not fit, or when neither is a bit string."""
+    if isinstance(value.type, Enum) or isinstance(wanted, Enum):
+        return None
+    source, target = storage(value.type), storage(wanted)
+    here, there = unsigned(source), unsigned(target)
+    if (here is None) == (there is None) or not isinstance(target, Elementary):
+        return None
+    if here is not None:
+        if target.kind not in ("int", "uint") or target is not here and not functions.widens(here, target):
+            return None
+        number = converted(value, source, here, value.span)
+        return number if target is here else converted(number, here, target, value.span)
+    if not isinstance(source, Elementary) or source.kind != "uint":
+        return None
+    if source is not there and not functions.widens(source, there):
+        return None
+    number = value if source is there else converted(value, source, there, value.span)
+    return converted(number, there, target, value.span)
 
 
 def const_fits(value: Scalar, type_: Type) -> bool:
