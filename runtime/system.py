@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
-from ldc.il.placement import NoRoom, Placed, placed, points, same_body
+from ldc.il.placement import NoRoom, Placed, placed, points
 from ldc.records import record
 from runtime import spending
 from runtime.cost import Cost
@@ -102,7 +102,7 @@ def _from(before: _Deployed, after: _Deployed) -> _Deployed:
     stays = frozenset(
         p.path for p in after.placed
         if p.path in old and replace(old[p.path], module=p.module, retain=p.retain) == p
-        and same_body(before.makers[p.unit.upper()].unit, after.makers[p.unit.upper()].unit))
+        and before.makers[p.unit.upper()].same(after.makers[p.unit.upper()]))
     return replace(after, stays=stays)
 
 
