@@ -1,8 +1,9 @@
-"""PLCopen drawings of function blocks: loops, and what is written and read in one box."""
+"""PLCopen drawings of blocks: loops, boxes that are written and read, functions with EN."""
 
 from __future__ import annotations
 
-from plcopen_xml import block, fbd, result, value
+import pytest
+from plcopen_xml import block, contact, fbd, ladder, rail, result, value
 from test_plcopen import built, run, said
 from test_plcopen_boxes import both
 
@@ -54,3 +55,34 @@ def test_numbers_against_the_wires_are_told() -> None:
     assert said(built(xml)) == ("warning LD0159 main: block 3 `NOT` at (30, 10) is executed before "
                                 "block 2 `NOT` at (20, 10), which feeds it")
     assert run(xml, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
+
+
+CONDITIONAL = {
+    "two variables at one output": (
+        "ADD", (value(3, "i"), value(4, "1")), (result(6, "j", "5.OUT"), result(7, "k", "5.OUT")), {}, "j k",
+        ["4 4", "9 9", "5 5"]),
+    "a variable, a box that is read and ENO": (
+        "ADD", (value(3, "i"), value(4, "1")), (
+            result(6, "j", "5.OUT"), both(7, "k", "5.OUT"), result(8, "q", "5.ENO")), {}, "j k q", ["4 4 1", "9 9 0", "5 5 1"]),
+    "a variable that is written negated": (
+        "AND", (value(3, "b"), value(4, "TRUE")), (result(6, "q", "5.OUT", negated="true"),), {}, "q",
+        ["0", "0", "1"]),
+    "a negated output": (
+        "AND", (value(3, "b"), value(4, "TRUE")), (result(6, "q", "5.OUT"), result(7, "w", "5.ENO")),
+        {"OUT": 'negated="true"'}, "q w", ["0 1", "0 0", "1 1"]),
+    "a conversion": (
+        "MOVE", (value(3, "u"),), (result(6, "j", "5.OUT"), result(7, "w", "5.ENO")), {}, "j w",
+        ["5 1", "9 0", "6 1"]),
+}
+
+
+@pytest.mark.parametrize("case", CONDITIONAL)
+def test_what_a_function_with_en_gives_is_written_when_it_is_executed(case: str) -> None:
+    name, values, boxes, modified, watch, rows = CONDITIONAL[case]
+    pins = {"IN": 3} if len(values) == 1 else {"IN1": 3, "IN2": 4}
+    drawn = block(5, name, {"EN": 2, **pins}, ("ENO", "OUT"))
+    for pin, more in modified.items():
+        drawn = drawn.replace(f'"{pin}"><connectionPointOut', f'"{pin}" {more}><connectionPointOut')
+    xml = ladder("a b q w : BOOL; i j k : INT; u : WORD", rail(), contact(2, "a"), *values, drawn, *boxes)
+    inputs = [{"a": 1, "b": 1, "i": 3, "u": 5}, {"a": 0, "b": 0, "i": 4, "u": 6, "j": 9, "k": 9}, {"a": 1}]
+    assert run(xml, inputs, watch) == rows

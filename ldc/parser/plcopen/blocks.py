@@ -9,7 +9,7 @@ from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, kinds, texts, wires
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output
+from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output, is_conditional
 from ldc.parser.plcopen.pins import OpenPins
 from ldc.parser.plcopen.structured import statements
 from ldc.source import Span
@@ -79,11 +79,28 @@ class Pins:
             self._detour()
             self._mixed()
         after = [step for pin in self.element.outputs for step in self._output(pin)]
+        conditional = [step for step in after if not step[4]] if is_conditional(self.element) else []
+        enable = self._executed(after) if conditional else None
         block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
                           self._usual(self.power_out, "out"), span)
         writer.add(block, self.head, self.tail, self.reads, self.writes)
-        for function, source, target, reads, writes in after:
-            writer.function(function, source, target, span, reads, writes)
+        for step in after:
+            writer.function(*step[:3], span, *step[3:], enable=enable if step in conditional else None)
+
+    def _executed(self, after: list[tuple]) -> str:
+        """The net of ENO; a variable that stands at that pin gets its value ``after`` the block."""
+        if self.power_out == "ENO":
+            return self.tail
+        found = next((p for p in self.pins if p.output and p.name == "ENO"), None)
+        if found is not None and isinstance(found.value, ast.Junction):
+            return found.value.name
+        net, span = self.writer.fresh(), self.node.span
+        if found is not None:
+            self.pins.remove(found)
+            after.append(("MOVE", ast.Junction(net, span), found.value, (net,), ()))
+        self.writes.append(net)
+        self.pins.append(ast.Pin("ENO", ast.Junction(net, span), True, span))
+        return net
 
     def _execute(self, code: Node) -> ast.Name:
         """A block that holds statements becomes an instance of a function block of its own."""

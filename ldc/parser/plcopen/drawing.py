@@ -325,6 +325,12 @@ def output_of(block: Element, name: str) -> str:
     return key
 
 
+def is_conditional(block: Element) -> bool:
+    """Whether this is a function that is executed only while what is wired to its EN is TRUE."""
+    return not block.node.get("instanceName").strip() and any(
+        pin.name.upper() == "EN" and pin.sources and RAIL not in pin.sources for pin in block.inputs)
+
+
 def _written(node: Node) -> bool:
     """Whether a variable box of an editor names anything."""
     text = node.find("expression") or node.find("variable")

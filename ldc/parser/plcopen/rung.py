@@ -8,20 +8,20 @@ each.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import backwards, boxes, findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
-from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output
+from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output, is_conditional, output_of
 from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
-_TAKE_VALUES = ("block", "outVariable", "inOutVariable")
+_BOXES = ("outVariable", "inOutVariable")
+_TAKE_VALUES = ("block", *_BOXES)
 _NO_WIRE = "_"
 
 
@@ -40,8 +40,10 @@ class RungWriter:
         self.failed = False
         self.count = 0
         self.awaited: tuple[str, ...] = ()
+        self._readers = self._read()
 
     def rung(self, name: str | None, title: str | None) -> ast.Rung | None:
+        self._enable()
         pins = {element.id: Pins(self, element) for element in self.group if element.kind == "block"}
         for element in self.group:
             values = element.kind in _TAKE_VALUES
@@ -198,14 +200,15 @@ class RungWriter:
         negated = boxes.is_negated(node, reads=False)
         text = node.find("expression")
         target = self.expression(text.content if text is not None else None, element)
-        value = self.value_at(pin)
+        value, function = self.value_at(pin), "NOT" if negated else "MOVE"
+        enable = self.net(element.inputs[1]) if len(element.inputs) > 1 else None
         if value is not None:
             source = self.value(value) if isinstance(value, str) else self.expression(value, element)
-            self.function("NOT" if negated else "MOVE", source, target, node.span)
-        elif len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not negated:
+            self.function(function, source, target, node.span)
+        elif enable or len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not negated:
             net = self.net(pin)
             junction = ast.Junction(net, node.span)
-            self.function("MOVE", junction, target, node.span, reads=(net,))
+            self.function(function, junction, target, node.span, reads=(net,), enable=enable)
         else:
             self.add(ast.Coil("/" if negated else "", target, node.span), self.net(pin), None)
 
@@ -229,14 +232,30 @@ class RungWriter:
     def readers(self, output: Output) -> list[Element]:
         return self._readers.get(output, [])
 
-    @cached_property
-    def _readers(self) -> dict[Output, list[Element]]:
+    def _read(self) -> dict[Output, list[Element]]:
         found: dict[Output, list[Element]] = {}
         for element in self.group:
             for pin in element.inputs:
                 for output in pin.sources:
                     found.setdefault(output, []).append(element)
         return found
+
+    def _enable(self) -> None:
+        """Output variables that do not stand at the pin of their function are written when that is executed:
+        those of one with EN are also wired to its ENO."""
+        boxes_ = [e for e in self.group if e.kind in _BOXES and len(e.inputs[0].sources) == 1
+                  and self._is_conditional(*e.inputs[0].sources) and not self.attached(e)]
+        for element in boxes_:
+            (id_, _), = element.inputs[0].sources
+            output_of(self.drawing.elements[id_], "ENO")
+            element.inputs.append(Input("EN", element.node, frozenset(((id_, "ENO"),))))
+        if boxes_:
+            self._readers = self._read()
+
+    def _is_conditional(self, output: Output) -> bool:
+        """Whether this is a value of a function that is wired to EN."""
+        return self._is_block(output) and output[1] != "ENO" and (
+            is_conditional(self.drawing.elements[output[0]]))
 
     def _is_block(self, output: Output) -> bool:
         return output != RAIL and self.drawing.elements[output[0]].kind == "block"
@@ -257,9 +276,11 @@ class RungWriter:
 
     # ---- functions that stand for what an element has no word for
 
-    def function(self, name: str, source, target, span: Span, reads=(), writes=()) -> None:
+    def function(self, name: str, source, target, span: Span, reads=(), writes=(), enable=None) -> None:
+        """``enable``: the net at EN, None for a function that is always executed."""
         pins = (ast.Pin("IN", source, False, span), ast.Pin("OUT", target, True, span))
-        self.add(ast.Block(None, name, pins, _NO_WIRE, _NO_WIRE, span), None, None, reads, writes)
+        power_in = _NO_WIRE if enable is None else None
+        self.add(ast.Block(None, name, pins, power_in, _NO_WIRE, span), enable, None, reads, writes)
 
     def inverted(self, net: str | None, span: Span) -> str:
         """A net with the opposite power."""
