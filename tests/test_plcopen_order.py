@@ -59,11 +59,12 @@ def test_numbers_against_the_wires_are_told() -> None:
 
 CONDITIONAL = {
     "two variables at one output": (
-        "ADD", (value(3, "i"), value(4, "1")), (result(6, "j", "5.OUT"), result(7, "k", "5.OUT")), {}, "j k",
-        ["4 4", "9 9", "5 5"]),
+        "ADD", (value(3, "i"), value(4, "1")), (result(6, "j", "5.OUT"), result(7, "k", "5.OUT")), {},
+        "j k", ["4 4", "9 9", "5 5"]),
     "a variable, a box that is read and ENO": (
         "ADD", (value(3, "i"), value(4, "1")), (
-            result(6, "j", "5.OUT"), both(7, "k", "5.OUT"), result(8, "q", "5.ENO")), {}, "j k q", ["4 4 1", "9 9 0", "5 5 1"]),
+            result(6, "j", "5.OUT"), both(7, "k", "5.OUT"), result(8, "q", "5.ENO")), {},
+        "j k q", ["4 4 1", "9 9 0", "5 5 1"]),
     "a variable that is written negated": (
         "AND", (value(3, "b"), value(4, "TRUE")), (result(6, "q", "5.OUT", negated="true"),), {}, "q",
         ["0", "0", "1"]),

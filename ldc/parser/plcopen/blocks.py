@@ -9,17 +9,15 @@ from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, kinds, texts, wires
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import RAIL, Element, Input, Output, is_conditional
-from ldc.parser.plcopen.pins import OpenPins
+from ldc.parser.plcopen.drawing import RAIL, Element, Input, is_conditional
+from ldc.parser.plcopen.pins import NO_WIRE, OpenPins, usual
 from ldc.parser.plcopen.structured import statements
 from ldc.source import Span
-from ldc.types import BOOL, Elementary
+from ldc.types import Elementary
 
 if TYPE_CHECKING:
     from ldc.parser.plcopen.rung import RungWriter
 
-NO_WIRE = "_"
-_COMPARISONS = ("GT", "GE", "EQ", "LE", "LT", "NE")
 _VARIABLES = (ast.Name, ast.Direct, ast.Member, ast.Index)
 
 
@@ -81,8 +79,8 @@ class Pins:
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         conditional = [step for step in after if not step[4]] if is_conditional(self.element) else []
         enable = self._executed(after) if conditional else None
-        block = ast.Block(instance, self.type, tuple(self.pins), self._usual(self.power_in, "in"),
-                          self._usual(self.power_out, "out"), span)
+        block = ast.Block(instance, self.type, tuple(self.pins), usual(self.power_in, "in", self.is_function, self.signature),
+                          usual(self.power_out, "out", self.is_function, self.signature), span)
         writer.add(block, self.head, self.tail, self.reads, self.writes)
         for step in after:
             writer.function(*step[:3], span, *step[3:], enable=enable if step in conditional else None)
@@ -121,18 +119,6 @@ class Pins:
                                  "no block or action of the files", "methods are not read: call a function block")
             return False
         return texts.name(self.node, self.writer.diagnostics, "typeName") is not None
-
-    def _usual(self, chosen: str | None, side: str) -> str | None:
-        """None for the pin that the power goes by anyway."""
-        if chosen == NO_WIRE or chosen is None:
-            return chosen
-        if self.is_function:
-            return None if chosen.upper() in ("EN", "ENO") else chosen
-        if self.signature is not None:
-            group = self.signature.inputs if side == "in" else self.signature.outputs
-            if next((p.name for p in group if p.type == BOOL), "") == chosen.upper():
-                return None
-        return chosen
 
     # ---- inputs
 
@@ -215,8 +201,8 @@ class Pins:
         if any(found[id(pin)] is None and not kinds.untyped(pin.value) for pin in values):
             return
         known = [one for one in found.values() if one is not None]
-        target = None if type_ == "MOVE" else kinds.common(known, type_ in _COMPARISONS)
-        if known and type_ not in _COMPARISONS:
+        target = None if type_ == "MOVE" else kinds.common(known, type_ in kinds.COMPARING)
+        if known and type_ not in kinds.COMPARING:
             self.result = target or max((one.type for one in known), key=lambda one: one.bits)
             self.bits = max(one.bits for one in known)
         if target is None:
@@ -268,7 +254,8 @@ class Pins:
             return False
         if self.is_function:
             return pin.name.upper() == "EN"
-        return bool(pin.name) and all(map(self._is_power, pin.sources))
+        elements = self.writer.drawing.elements
+        return bool(pin.name) and all(o == RAIL or wires.is_power(elements[o[0]], o[1]) for o in pin.sources)
 
     def _comes_back(self, id_: str) -> bool:
         """Whether this is a block that has its turn not before this one, as one of any loop of blocks has:
@@ -312,20 +299,6 @@ class Pins:
         writer.function(conversion, ast.Junction(net, span), ast.Junction(new, span), span, (net,), (new,))
         return new
 
-    def _is_power(self, output: Output) -> bool:
-        """Whether an output surely carries BOOL."""
-        if output == RAIL:
-            return True
-        source = self.writer.drawing.elements[output[0]]
-        if source.kind != "block":
-            return source.kind in ("contact", "coil")
-        type_ = source.node.get("typeName").strip().upper()
-        if output[1] == "ENO" or not source.node.get("instanceName") and type_ in _COMPARISONS:
-            return True
-        signature = blocks.signature(type_)
-        return signature is not None and any(
-            p.name == output[1] and p.type == BOOL for p in signature.outputs)
-
     # ---- outputs
 
     def _output(self, pin) -> list[tuple]:
@@ -358,7 +331,7 @@ class Pins:
             self.pins.append(ast.Pin(name, places[0], True, span))
             return after
         power = name == "ENO" if self.is_function else all(e.kind in ("contact", "coil", "jump", "return")
-                                                            for e in wanted) or self._is_power(output)
+                                                            for e in wanted) or wires.is_power(self.element, key)
         if self.power_out == NO_WIRE and power and not pin.negated:
             self.power_out, self.tail = name, net
         else:

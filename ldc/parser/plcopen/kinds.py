@@ -21,8 +21,10 @@ _UNSIGNED = {8: "USINT", 16: "UINT", 32: "UDINT", 64: "ULINT"}
 _REALS = ("REAL", "LREAL")
 _SIZES = {"B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 ARITHMETIC = frozenset(("+", "-", "*", "/", "MOD"))
-OPERATORS = frozenset(("ADD", "SUB", "MUL", "DIV", "MOD", "GT", "GE", "EQ", "LE", "LT", "NE", "MOVE"))
 COMPARISONS = frozenset(("=", "<>", "<", ">", "<=", ">="))
+COMPARING = frozenset(("GT", "GE", "EQ", "LE", "LT", "NE"))
+"""Functions; their result is BOOL."""
+OPERATORS = COMPARING | {"ADD", "SUB", "MUL", "DIV", "MOD", "MOVE"}
 
 
 @record

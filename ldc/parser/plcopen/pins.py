@@ -9,8 +9,10 @@ from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.parser.plcopen import findings
 from ldc.source import Span
-from ldc.types import ELEMENTARY
+from ldc.symbols import Signature
+from ldc.types import BOOL, ELEMENTARY
 
+NO_WIRE = "_"
 _OTHER_NAMES = {"RESET": "R", "LOAD": "LD", "SET1": "S1", "SET": "S", "RESET1": "R1"}
 _ANY_ORDER = ("AND", "OR", "XOR", "ADD", "MUL", "MIN", "MAX")
 _ZERO = {"bool": (False, "BOOL", "FALSE"), "time": (0, "TIME", "T#0s"), "string": (b"", None, "''")}
@@ -34,6 +36,20 @@ def standard_names(type_: str, is_function: bool, names: Sequence[str]) -> list[
         return list(names)
     standard = iter(expected)
     return [name if name.upper() == "EN" else next(standard) for name in names]
+
+
+def usual(chosen: str | None, side: str, is_function: bool, signature: Signature | None) -> str | None:
+    """What is written for the pin that power was chosen to go by, on the ``side`` in or out: None for the one
+    that it goes by anyway. ``signature``: that of a standard function block."""
+    if chosen == NO_WIRE or chosen is None:
+        return chosen
+    if is_function:
+        return None if chosen.upper() in ("EN", "ENO") else chosen
+    if signature is not None:
+        group = signature.inputs if side == "in" else signature.outputs
+        if next((p.name for p in group if p.type == BOOL), "") == chosen.upper():
+            return None
+    return chosen
 
 
 class OpenPins:

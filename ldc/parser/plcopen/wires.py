@@ -11,7 +11,7 @@ from ldc.parser import ast
 from ldc.parser.plcopen import kinds
 from ldc.parser.plcopen.drawing import Element
 from ldc.parser.plcopen.guarded import Additions
-from ldc.types import ELEMENTARY, Elementary
+from ldc.types import BOOL, ELEMENTARY, Elementary
 
 
 def pin_type(type_: str, is_function: bool, pin: str, more: Additions) -> Elementary | None:
@@ -40,6 +40,17 @@ def carried(source: Element, pin: str, more: Additions) -> Elementary | None:
     if found is None and is_function and type_.upper() not in more.functions:
         found = kinds.result(type_)
     return found if found is not None and found.name in kinds.NUMBERS else None
+
+
+def is_power(source: Element, pin: str) -> bool:
+    """Whether an output surely carries BOOL; ``pin`` in capitals."""
+    if source.kind != "block":
+        return source.kind in ("contact", "coil")
+    type_ = source.node.get("typeName").strip().upper()
+    if pin == "ENO" or not source.node.get("instanceName") and type_ in kinds.COMPARING:
+        return True
+    signature = blocks.signature(type_)
+    return signature is not None and any(p.name == pin and p.type == BOOL for p in signature.outputs)
 
 
 def conversion(source: Elementary | None, target: Elementary | None) -> str | None:
