@@ -175,3 +175,21 @@ END_PROGRAM
     assert trace(tmp_path, text, "main.st", [{}], ("n", "d")) == [(14, 49)]
     wrong = text.replace("(a, 2)", "(a, 3)")
     assert [d.code for d in checked(wrong, "main.st").diagnostics] == ["LD0405"]
+
+
+def test_masks_of_literals_have_the_size_of_what_they_mask(tmp_path: Path) -> None:
+    """`w AND NOT 16#4` clears a bit: the literal is no BOOL there."""
+    text = """PROGRAM main
+VAR w : WORD := 16#FF; u : WORD := 16#F0F0; v, y : WORD; d : DWORD := 16#FFFF; q, p : BOOL; END_VAR
+    w := w AND NOT 16#0004;
+    u := NOT 16#30 AND u OR SHL(1, 3);
+    v := 16#F AND NOT 16#3;
+    y := SHL(2#101, 3);
+    d := d AND NOT SHL(1, 3) XOR 16#10000;
+    q := (w AND NOT 16#3) = 16#F8;
+    p := q AND NOT 1;
+END_PROGRAM
+"""
+    names = ("w", "u", "v", "y", "d", "q", "p")
+    assert trace(tmp_path, text, "main.st", [{}], names) == [
+        (0xFB, 0xF0C8, 0xC, 0x28, 0x1FFF7, True, False)]

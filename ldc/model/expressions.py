@@ -201,12 +201,21 @@ def _binary(env: Environment, node: ast.Binary, hint: Type | None, diagnostics: 
     while type(node) is ast.Binary:
         spine.append(node)
         node = node.left
-    result = value(env, node, None, diagnostics)
+    result = value(env, node, _beside(spine[-1].op, None, hint), diagnostics)
     for step in reversed(spine):
-        right = value(env, step.right, None, diagnostics)
+        right = value(env, step.right, _beside(step.op, result, hint), diagnostics)
         if result is not None:
             result = None if right is None else _combine(env, step, result, right, hint, diagnostics)
     return result
+
+
+def _beside(operator: str, other: Value | None, hint: Type | None) -> Type | None:
+    """What a literal in an operand of AND, OR, XOR becomes, as in `w AND NOT 16#4`: the bit string that the
+    other operand is, or that the context asks for."""
+    if OPERATORS[operator] not in LOGIC:
+        return None
+    type_ = hint if other is None or type(other) in _UNDECIDED else storage(other.type)
+    return type_ if isinstance(type_, Elementary) and type_.kind == "bits" else None
 
 
 def _combine(
@@ -295,7 +304,8 @@ def resolve(
 
     A literal takes the type that the other arguments decide, unless it does not fit in there: then it
     counts with its natural type. When nothing decides and the result is of no use to the context,
-    literals, and nets that a loop feeds later, take the type that the context asks for (``hint``).
+    literals, and nets that a loop feeds later, take the type that the context asks for (``hint``) where
+    theirs is that of the result.
     """
     types = [None if type(a) in _UNDECIDED else a.type for a in args]
     floats, names, known_real, enum = [], [], False, None
@@ -321,7 +331,9 @@ def resolve(
     if not loose and not fed_later:
         return found
     if hint is not None and (isinstance(found, str) or not storable(found.result, hint)):
-        hinted = _resolve(name, _replaced(types, [*loose, *fed_later], lambda at: storage(hint)))
+        asked = [at for at in (*loose, *fed_later)
+                 if isinstance(found, str) or found.parameters[at] == found.result]
+        hinted = _resolve(name, _replaced(types, asked, lambda at: storage(hint)))
         if not isinstance(hinted, str) and storable(hinted.result, hint):
             return hinted
     if isinstance(found, str) or all(fits(args[at].value, found.parameters[at]) for at in loose):
