@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from ldc.records import record
+from runtime.kin import end_with_parent
 
 HANG = 2.0
 """Seconds without a beat after which work counts as hanging; a scan takes milliseconds."""
@@ -93,12 +94,14 @@ class Beat:
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
-    goes where this process prints to. An interrupt from the keyboard reaches both, SIGTERM is passed on.
+    goes where this process prints to. It ends with this process. An interrupt from the keyboard reaches both, SIGTERM is passed on.
     ``orderly``: this process leaves an interrupt to the work, which puts everything in order, and may get it
     twice."""
-    memory = mmap.mmap(-1, _SIZE)
+    memory, watcher = mmap.mmap(-1, _SIZE), os.getpid()
     child = os.fork()
     if child == 0:
+        if not end_with_parent(watcher):
+            os._exit(3)
         _exit_with(work, memory)
     before = {signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))}
     if orderly:  # not before the fork: the child would ignore interrupts until it has a handler

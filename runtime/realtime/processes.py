@@ -1,6 +1,6 @@
 """Processes of a run in real time: made, given a processor of the computer and priority, and ended.
 
-A child ends with its parent: the kernel sends SIGKILL when the parent dies, whatever it died of.
+A child ends with its parent.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from runtime.kin import end_with_parent
+
 PRIORITY = 50
 """Of SCHED_FIFO, 1 .. 99: above ordinary processes, below the interrupt threads of most kernels."""
 
-_PR_SET_PDEATHSIG, _PR_SET_NAME, _PR_SET_CHILD_SUBREAPER = 1, 15, 36
+_PR_SET_NAME, _PR_SET_CHILD_SUBREAPER = 15, 36
 _DENIED = "not allowed"
 
 
@@ -71,10 +73,8 @@ def start(name: str, work: Callable[[], int], parent: int | None = None) -> Chil
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         while parent is not None and os.getppid() == maker:
             time.sleep(0.001)
-        system = ctypes.CDLL(None)
-        system.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-        system.prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
-        if os.getppid() == (parent or maker):  # else it has died already, and nobody tells
+        ctypes.CDLL(None).prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
+        if end_with_parent(parent or maker):
             status = work()
     except KeyboardInterrupt:  # raised by code of the project, since the keyboard is ignored here
         status = 128 + signal.SIGINT
