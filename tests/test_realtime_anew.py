@@ -121,8 +121,8 @@ def test_a_slave_that_is_started_anew_has_what_it_retains(tmp_path: Path) -> Non
         "PROGRAM main\nVAR\n    meter : METER; reset AT %IX0.0 : BOOL;\nEND_VAR\n"
         "RUNG\n    [/reset] <meter: METER()>\nEND_PROGRAM\n")
     trace = tmp_path / "trace.csv"
-    with running(folder, "--for", "4s", "--watch", "meter.total,meter.fresh,meter.error", "--trace", str(trace),
-                 "--inputs", pulses(folder, 120, 200, 280), "--retain", str(folder / "r.retain"),
+    with running(folder, "--for", "6s", "--watch", "meter.total,meter.fresh,meter.error", "--trace", str(trace),
+                 "--inputs", pulses(folder, *range(120, 520, 80)), "--retain", str(folder / "r.retain"),
                  "--retain-every", "100ms") as process:
         slave = wait_until(lambda: family(process.pid).get("ldc slave1"))
         wait_until(lambda: (folder / "r.retain.before").exists())

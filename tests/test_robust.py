@@ -166,7 +166,7 @@ WRONG = {
     "1,000 NOT": program(f"RUNG [{nested('NOT ', '', 'a')}] (q)"),
     "1,000 signs": program(f"RUNG [{nested('-', '', 'i')} > 0] (q)"),
     "1,000 blocks at pins": program(f"RUNG {nested('<t(IN := {', '})>', '[a]')} (q)"),
-    "1,000 comments": program(f"RUNG {nested('(*', '*)', 'a')} (q)"),
+    "1,000 comments that do not end": program(f"RUNG {nested('(*', '', 'a')} (q)"),
     "1,000 structures": f"TYPE s : {nested('STRUCT a : ', 'END_STRUCT; ', 'INT; ')} END_TYPE",
     "1,000 arrays of arrays": declared(f"z : {'ARRAY [0..0] OF ' * 1_000} INT;"),
     "1,000 brackets of values": declared(f"z : ARRAY [0..1] OF INT := {nested('[', ']', '1')};"),
