@@ -30,6 +30,7 @@ from runtime.protocol.check import Code
 from runtime.realtime.lateness import WORDS, Lateness
 from runtime.realtime.pace import Pace
 
+pytestmark = pytest.mark.xdist_group("real time")
 ENGINES = pytest.mark.parametrize("engine", ["vm", pytest.param("native", marks=native.needs_gcc)])
 BLINK = ("PROGRAM main\nVAR\n    lamp AT %QX0.0 : BOOL;\n    wait : TON;\n    stop AT %IX0.0 : BOOL;\n"
          "END_VAR\n"

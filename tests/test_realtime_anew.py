@@ -23,6 +23,8 @@ from ldc.types import ELEMENTARY
 from runtime.checksum import value_of
 from runtime.processors.states import BEGUN_ANEW
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 
 def pulses(folder: Path, *scans: int) -> str:
     """Inputs that acknowledge at these scans; under load one may come too early."""
