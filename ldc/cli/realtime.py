@@ -37,8 +37,8 @@ from runtime.slave.part import SlavePart
 from runtime.slave.retained import leaves, room
 from runtime.units import UnitEvent
 
-_ACK_MS, _ACK_MS_ORDINARY = 50, 100
-"""T_ack with SCHED_FIFO, and for ordinary processes, which may have to wait for others as long."""
+_ACK_MS = 100
+"""T_ack: an ordinary process may have to wait for others as long, a virtual computer for its host."""
 
 _ATTEMPTS = 3
 """How often a transfer is tried (SPEC 2.5); a slave that did nothing for as long has been given up."""
@@ -73,7 +73,6 @@ class Processes:
         refused = processes.claim(self._seats[0])
         for text in refused:
             say(f"note: {text}")
-        self._ack_ms = _ACK_MS_ORDINARY if any("FIFO" in text for text in refused) else _ACK_MS
         self._start = time.monotonic_ns() + _LEAD_NS
         self._periods = [machine.period_ns]
         self._pace = Pace(self._start, machine.period_ns, board.lateness(0))
@@ -103,7 +102,7 @@ class Processes:
             part = MasterPart(runner, allocate("master", board.shared), self._placed, said, note,
                               lambda: self._pace.now_ns, on_emergency=board.emergency,
                               wiring=Wiring(field, wired), on_machine=self.follow,
-                              t_ack_ns=self._ack_ms * 1_000_000, ready=lambda: self.loop.ready())
+                              t_ack_ns=_ACK_MS * 1_000_000, ready=lambda: self.loop.ready())
         self.master = part
         self.loop = MasterLoop(runner, part, board, self._pace, self._others, self._spare,
                                lambda text: say(f"note: {text}"), beat)
@@ -116,14 +115,14 @@ class Processes:
         self._periods.append(period_ns)
         memory = allocate(f"slave{slave}", self._board.shared)
         return SlavePart(slave, memory, self._placed, self._makers, self._field, None, lambda: pace.now_ns,
-                         scan_ns=self._machine.period_ns, ack_periods=self._ack_ms), pace
+                         scan_ns=self._machine.period_ns, ack_periods=_ACK_MS), pace
 
     def _work(self, number: int, anew: bool = False) -> Callable[[], int]:
         part, pace = self._parts[number]
 
         def work() -> int:
             processes.claim(self._seats[number])
-            run_slave(part, self._board, number, pace, _ATTEMPTS * self._ack_ms * 1_000_000, anew)
+            run_slave(part, self._board, number, pace, _ATTEMPTS * _ACK_MS * 1_000_000, anew)
             return report((error.fault.diagnostic() for error in part.faults), self._locate)
 
         return work
@@ -170,7 +169,7 @@ class Processes:
         save = board.saves if self._over else board.save()
 
         def wait() -> list[Entry]:
-            end = time.monotonic() + self._ack_ms / 1000
+            end = time.monotonic() + _ACK_MS / 1000
             while (any(board.saved(n) != save for n in asked) and not self._over
                    and time.monotonic() < end):
                 time.sleep(0.001)

@@ -17,7 +17,7 @@ from runtime.realtime.processes import Child
 from runtime.realtime.spare import Spare
 
 POLL_NS = 1_000_000
-SILENCE_NS = 50_000_000
+SILENCE_NS = 100_000_000
 """How long a process may tell nothing before people are told: an ordinary one may be kept waiting for as
 long."""
 
