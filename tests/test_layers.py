@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 BASE = {"ldc", "ldc.collector", "ldc.patterns", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr",
-        "ldc.symbols"}
+        "ldc.symbols", "ldc.free_names"}
 FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
 COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ldc.components", "ldc.backends"]
 
@@ -26,6 +26,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "ldc.expr": {"ldc.records", "ldc.source", "ldc.types"},
     "ldc.symbols": {"ldc.records", "ldc.source", "ldc.types"},
     "ldc.durations": set(),
+    "ldc.free_names": set(),
     "ldc.codes": {"ldc.records"},
     "ldc.render": BASE,
     "ldc.reports": BASE | {"ldc.codes"},

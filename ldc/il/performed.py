@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
+from ldc.free_names import free_name
 from ldc.il.program import Instr, RungCode, Unit
 from ldc.il.rename import renamed
 from ldc.model import call_findings as findings
@@ -157,10 +158,7 @@ class _Performed:
 
     def _key(self, wanted: str) -> str:
         """A key that no rung has."""
-        key, number = wanted, 1
-        while key.upper() in self._keys:
-            number += 1
-            key = f"{wanted}_{number}"
+        key = free_name(wanted, self._keys)
         self._keys.add(key.upper())
         return key
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ldc.expr import Place
+from ldc.free_names import free_name
 from ldc.il.program import Program, RungCode, Unit
 from ldc.il.rename import renamed
 from ldc.symbols import Variable
@@ -30,11 +31,7 @@ def without_paths(program: Program) -> Program:
     taken |= {v.name.upper() for u in program.units for v in u.variables}
     names: dict[str, str] = {}
     for path in paths:
-        name = wanted = path.replace(".", "_")
-        number = 1
-        while name.upper() in taken:
-            number += 1
-            name = f"{wanted}_{number}"
+        name = free_name(path.replace(".", "_"), taken)
         taken.add(name.upper())
         names[path.upper()] = name
 

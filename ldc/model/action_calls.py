@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
+from ldc.free_names import free_name
 from ldc.model import places
 from ldc.model.elements import Block, PinIn
 from ldc.model.environment import Environment
@@ -81,8 +82,4 @@ def selector(owner: Signature) -> Parameter:
 
 def selector_name(taken: frozenset[str]) -> str:
     """What it is called, beside names in capitals that the POU has."""
-    name, number = SELECTOR, 1
-    while name.upper() in taken:
-        number += 1
-        name = f"{SELECTOR}_{number}"
-    return name
+    return free_name(SELECTOR, taken)

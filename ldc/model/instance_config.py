@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from ldc.diagnostics import Diagnostics
+from ldc.free_names import free_name
 from ldc.model import declaration_findings as findings
 from ldc.model.project import Model
 from ldc.parser import ast
@@ -242,10 +243,7 @@ class _Configuring:
             self._section(block, entry, f"{path}.", inside) for block in pou.var_blocks))
 
     def _free(self, wanted: str) -> str:
-        name, number = wanted, 1
-        while name.upper() in self.taken:
-            number += 1
-            name = f"{wanted}_{number}"
+        name = free_name(wanted, self.taken)
         self.taken.add(name.upper())
         return name
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
+from ldc.free_names import free_name
 from ldc.parser import ast, sfc
 from ldc.parser import statements as st
 from ldc.parser.lexer import lex
@@ -51,10 +52,7 @@ class Parts:
 
     def fresh(self, wanted: str) -> str:
         """A name that nothing in the POU has."""
-        name, number = wanted, 1
-        while name.upper() in self._taken:
-            number += 1
-            name = f"{wanted}_{number}"
+        name = free_name(wanted, self._taken)
         self._taken.add(name.upper())
         return name
 
