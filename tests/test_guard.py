@@ -9,6 +9,7 @@ import time
 import pytest
 
 from runtime.guard import Beat, guarded
+from runtime.realtime import processes
 
 
 def test_work_that_is_orderly_gets_the_interrupt_from_its_first_moment() -> None:
@@ -39,3 +40,15 @@ def test_the_process_above_leaves_an_interrupt_to_orderly_work(orderly: bool) ->
         with pytest.raises(KeyboardInterrupt):
             guarded(work)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_to_wait_for_processes_that_do_not_end_is_no_hang() -> None:
+    """A run in real time ends slaves that stand still; its trace was lost when that took long."""
+    def work(beat: Beat) -> int:
+        beat()
+        child = processes.start("stands", lambda: time.sleep(60) or 0)
+        os.kill(child.pid, signal.SIGSTOP)
+        processes.finish([child], beat, seconds=1.5)
+        return 0
+
+    assert guarded(work, hang=0.5) == 0

@@ -167,6 +167,7 @@ def test_a_slave_that_is_lost_ends_its_module_and_nothing_else(tmp_path: Path, n
         time.sleep(0.3)
         os.kill(slave, number)
         said = process.communicate(timeout=30)[1]
+    assert trace.exists(), said
     rows = list(csv.DictReader(trace.read_text().splitlines()))
     assert ("slave1 was ended by SIGKILL" if number == signal.SIGKILL else "slave1 does not go on") in said
     assert process.returncode == 1

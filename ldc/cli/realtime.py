@@ -58,6 +58,7 @@ class Processes:
         machine = runner.machine if isinstance(runner, Controller) else runner
         said, self._locate = system.together(result), locator(result)
         self._runner, self._machine, self._placed = runner, machine, system.placement(result)
+        self._beat = beat
         self._makers = made = makers(result.program, bindings)
         places = points(result.program, self._placed)
         slaves = sorted({p.slave for p in self._placed})
@@ -148,8 +149,8 @@ class Processes:
         """Ends the processes; this one is an ordinary one again."""
         early = [each for each in self._others if each.child.look() is not None]
         self._board.stop()
-        late = list(self._spare.close().values()) if self._spare is not None else []
-        processes.finish([*(each.child for each in self._others), *late])
+        late = list(self._spare.close(self._beat).values()) if self._spare is not None else []
+        processes.finish([*(each.child for each in self._others), *late], self._beat)
         processes.give_back(self.affinity)
         self._over = True
         self._failed = bool(early) or any(each.child.status for each in self._others)

@@ -85,10 +85,12 @@ def start(name: str, work: Callable[[], int], parent: int | None = None) -> Chil
         os._exit(status)
 
 
-def finish(children: Sequence[Child], seconds: float = 1.0) -> None:
-    """Waits for processes that were told to end, and ends those that do not."""
+def finish(children: Sequence[Child], beat: Callable[[], None], seconds: float = 1.0) -> None:
+    """Waits for processes that were told to end, and ends those that do not. ``beat`` is called meanwhile: who
+    waits does not hang."""
     end = time.monotonic() + seconds
     while any(child.look() is None for child in children) and time.monotonic() < end:
+        beat()
         time.sleep(0.005)
     for child in children:
         if child.status is None:

@@ -58,10 +58,10 @@ class Spare:
             return {}
         return {number: Child(self._names[number], pid) for number, pid in _BORN.iter_unpack(told)}
 
-    def close(self) -> dict[int, Child]:
-        """No further ones; those that are there by now and were not told yet."""
+    def close(self, beat: Callable[[], None]) -> dict[int, Child]:
+        """No further ones; those that are there by now and were not told yet. ``beat`` is called meanwhile."""
         os.close(self._orders)
-        processes.finish([self.child])
+        processes.finish([self.child], beat)
         last = self.made()
         os.close(self._answers)
         return last
