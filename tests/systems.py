@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import pytest
+
 from ldc import pipeline
 from ldc.cli import system as systems
 from ldc.cli.compiling import native_code
@@ -14,6 +16,10 @@ from runtime.machine import Machine
 from runtime.processors.invariants import Entry, violations
 from runtime.system import System
 from runtime.units import UnitEvent
+
+REAL_TIME = pytest.mark.xdist_group("real time")
+"""Of tests that run in real time: they claim the same processors of the computer, so they go one after the
+other."""
 
 MOVER_C = """\
 #include "{low}.h"

@@ -21,6 +21,7 @@ import pytest
 from ldc.cli.main import main
 from ldc.codes import codes, nearest, page
 from online_runtime import runtime_of
+from systems import REAL_TIME
 
 ROOT = Path(__file__).resolve().parent.parent
 ERRORS = ROOT / "tests" / "errors"
@@ -81,7 +82,13 @@ def test_page_belongs_to_a_code_and_can_be_read(code: str) -> None:
     assert max(map(len, lines)) <= 120, f"{code}.md has a line of more than 120 characters"
 
 
-@pytest.mark.parametrize("code", sorted(EXAMPLES))
+def _in_real_time(code: str) -> bool:
+    runtime = EXAMPLES[code] / "runtime"
+    return runtime.exists() and "--realtime" in runtime.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("code", [pytest.param(code, marks=REAL_TIME if _in_real_time(code) else ())
+                                  for code in sorted(EXAMPLES)])
 def test_example_shows_what_the_user_sees(code: str, capsys, monkeypatch, golden_at) -> None:
     example = EXAMPLES[code]
     arguments = ["check", example.name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from systems import Run, mover
+from systems import REAL_TIME, Run, mover
 
 from ldc.cli.main import main
 
@@ -102,7 +102,8 @@ def test_a_plant_that_exits_is_told_at_its_line(tmp_path: Path, capfd: pytest.Ca
     assert "LD0842" in (said := capfd.readouterr().err) and "plant.py:17" in said, said
 
 
-@pytest.mark.parametrize("options", [[], ["--engine", "native"], ["--realtime"]])
+@pytest.mark.parametrize(
+    "options", [[], ["--engine", "native"], pytest.param(["--realtime"], marks=REAL_TIME)])
 @pytest.mark.parametrize("point, value", [("%IW2", "40000"), ("%IW2", "-40000"), ("tank.few", "7")])
 def test_what_the_declared_type_does_not_hold_is_told_at_the_line_of_the_plant(
         tmp_path: Path, capfd: pytest.CaptureFixture[str], options: list[str], point: str, value: str) -> None:
@@ -116,7 +117,7 @@ def test_what_the_declared_type_does_not_hold_is_told_at_the_line_of_the_plant(
 
 
 @pytest.mark.parametrize("engine, options", [("vm", ["--for", "60s"]), ("native", ["--for", "60s"]),
-                                             ("vm", ["--for", "3s", "--realtime"])])
+                                             pytest.param("vm", ["--for", "3s", "--realtime"], marks=REAL_TIME)])
 def test_a_step_that_does_not_end_is_told_at_its_line(
         tmp_path: Path, capfd: pytest.CaptureFixture[str], engine: str, options: list[str]) -> None:
     folder = project(tmp_path)

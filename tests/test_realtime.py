@@ -24,13 +24,13 @@ import native
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from systems import DIVIDER, modules
+from systems import DIVIDER, REAL_TIME, modules
 
 from runtime.protocol.check import Code
 from runtime.realtime.lateness import WORDS, Lateness
 from runtime.realtime.pace import Pace
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = REAL_TIME
 ENGINES = pytest.mark.parametrize("engine", ["vm", pytest.param("native", marks=native.needs_gcc)])
 BLINK = ("PROGRAM main\nVAR\n    lamp AT %QX0.0 : BOOL;\n    wait : TON;\n    stop AT %IX0.0 : BOOL;\n"
          "END_VAR\n"

@@ -14,7 +14,7 @@ from pathlib import Path
 import native
 import pytest
 from online_runtime import private
-from systems import MODULE, modules, mover
+from systems import MODULE, REAL_TIME, modules, mover
 from test_realtime import ONE, WATCH, command, family, gone, ran, running, wait_until
 from test_slave_retain import kept, project
 
@@ -23,7 +23,7 @@ from ldc.types import ELEMENTARY
 from runtime.checksum import value_of
 from runtime.processors.states import BEGUN_ANEW
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = REAL_TIME
 
 
 def pulses(folder: Path, *scans: int) -> str:
