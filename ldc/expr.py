@@ -48,9 +48,16 @@ def strides(bounds: tuple[tuple[int, int], ...]) -> list[int]:
 
 @record
 class BitStep:
-    """``.15`` of a bit string; always the last step, the place is then BOOL."""
+    """``.15`` of a bit string or an integer; always the last step, the place is then BOOL. ``sign``: it is the
+    highest bit of a signed integer."""
 
     bit: int
+    sign: bool = False
+
+    @property
+    def weight(self) -> int:
+        """What the bit adds to the value."""
+        return -1 << self.bit if self.sign else 1 << self.bit
 
 
 Step = FieldStep | IndexStep | BitStep

@@ -149,7 +149,7 @@ def test_contacts_and_coils(rung: str, expected: str) -> None:
     ("[pt.okk] (a)", "did you mean `ok`?"),
     ("[a.x] (c)", "LD0405 [a]"),
     ("[w.16] (a)", "LD0409 [w.16] WORD has no bit 16"),
-    ("[i.3] (a)", "LD0409 [i.3] INT has no bits to name"),
+    ("[re.3] (a)", "LD0409 [re.3] REAL has no bits to name"), ("[i.16] (a)", "LD0409 [i.16] INT has no bit 16"),
     ("[arr[4] > 0] (a)", "LD0408 [4] index 4 is outside of the array"),
     ("[arr[ten] > 0] (a)", "LD0408 [ten] index 10 is outside of the array"),
     ("[arr[1 - 1] > 0] (a)", "LD0408 [1 - 1]"),

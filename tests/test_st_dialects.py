@@ -99,7 +99,7 @@ def trace_of(text: str) -> int:
 
 
 @pytest.mark.parametrize(("body", "wanted"), [
-    ("b Q= a;", ["LD0133"]), ("n := w.%B1;", ["LD0101"]), ("n S= a;", ["LD0403"]),
+    ("b Q= a;", ["LD0133"]), ("n := w.%B1;", ["LD0240"]), ("n := w.%Y1;", ["LD0101"]), ("n S= a;", ["LD0403"]),
     ("{IF defined (x)} n := 1;", ["LD0118"]), ("/* open n := 1;", ["LD0103", "LD0132"]),
 ])
 def test_what_is_wrong_is_told(body: str, wanted: list[str]) -> None:

@@ -193,8 +193,8 @@ class Writer:
         match step:
             case FieldStep(name):
                 return name
-            case BitStep(bit):
-                return bit
+            case BitStep(bit, sign):
+                return ~bit if sign else bit
             case IndexStep(indexes, bounds):
                 return [[self.operand(i.place if isinstance(i, Load) else i) for i in indexes], bounds]
 
@@ -315,7 +315,7 @@ class Reader:
         if isinstance(row, str):
             return FieldStep(row)
         if isinstance(row, int):
-            return BitStep(row)
+            return BitStep(row) if row >= 0 else BitStep(~row, True)
         operands = [self.operand(i) for i in row[0]]
         return IndexStep(tuple(Load(o) if isinstance(o, Place) else o for o in operands),
                          tuple(tuple(b) for b in row[1]))

@@ -12,7 +12,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.expr import SHORT_CIRCUIT, Apply, Const, Expr, Load
 from ldc.library import functions
 from ldc.library.faults import DivisionByZero
-from ldc.model import calls, places
+from ldc.model import calls, parts, places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
@@ -142,6 +142,9 @@ def _place(env: Environment, node: ast.Expr, hint: Type | None, diagnostics: Dia
 def _member(env: Environment, node: ast.Member, hint: Type | None, diagnostics: Diagnostics) -> Value | None:
     """A member of a variable; `Type.value` of an enumeration is what `Type#value` is."""
     base = node.base
+    if parts.is_part(node):
+        found = parts.part(env, node, diagnostics)
+        return None if found is None else parts.read(found, node.span)
     if type(base) is ast.Name and env.variable(base.name.upper()) is None:
         if isinstance(env.type_named(base.name.upper()), Enum):
             return _enum_literal(env, ast.EnumLiteral(base.name, node.name, node.span), hint, diagnostics)

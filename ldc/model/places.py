@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import BitStep, Const, Expr, FieldStep, IndexStep, Place, Step
-from ldc.model import call_findings, declaration_findings, expressions
+from ldc.expr import Const, Expr, FieldStep, IndexStep, Place, Step
+from ldc.model import call_findings, declaration_findings, expressions, parts
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
@@ -29,7 +29,6 @@ from ldc.types import (
     Struct,
     Subrange,
     Type,
-    storage,
 )
 
 _ADDRESS_TYPES = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
@@ -51,6 +50,14 @@ def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: boo
     chain = []
     base = node
     while type(base) is ast.Member or type(base) is ast.Index:
+        if parts.is_part(base):
+            findings.bad_bit(diagnostics, base.span, f"the part `{base.name}` is no variable", "a variable is needed here",
+                             "parts are read, and assigned to in statements: take a variable between")
+            return None
+        if type(base) is ast.Member and parts.is_part(base.base):
+            base = parts.without_parts(env, base, diagnostics)
+            if base is None:
+                return None
         chain.append(base)
         base = base.base
     if type(base) is ast.Name:
@@ -166,8 +173,9 @@ def checked_location(
 def _member(
     env: Environment, node: ast.Member, type_: Type, diagnostics: Diagnostics
 ) -> tuple[Step, Type] | None:
-    if node.name.isdecimal():
-        return _bit(node, type_, diagnostics)
+    if parts.names_bit(env, node, type_):
+        step = parts.bit(env, node, type_, diagnostics)
+        return None if step is None else (step, BOOL)
     if isinstance(type_, Struct):
         field = type_.field(node.name)
         if field is not None:
@@ -185,25 +193,12 @@ def _member(
         findings.not_a_value(diagnostics, node.base.span,
                              f"`{node.name}` is asked of a value without members",
                              f"this is {findings.described(type_)}",
-                             "only structures and function blocks have members, bit strings have bits")
+                             "only structures and function blocks have members; a bit has a number, or a "
+                             "constant as its name")
         return None
     findings.unknown_member(diagnostics, node.span, type_, node.name,
                             suggest(node.name, names) or "it has " + ", ".join(names[:12]))
     return None
-
-
-def _bit(node: ast.Member, type_: Type, diagnostics: Diagnostics) -> tuple[Step, Type] | None:
-    base = storage(type_)
-    if not isinstance(base, Elementary) or base.kind != "bits":
-        findings.bad_bit(diagnostics, node.span, f"{findings.described(type_)} has no bits to name",
-                         f"bit {node.name[:12]} is asked for",
-                         "only BYTE, WORD, DWORD and LWORD have; convert it first")
-        return None
-    if len(node.name) > 4 or int(node.name) >= base.bits:
-        findings.bad_bit(diagnostics, node.span, f"{base} has no bit {node.name[:12]}",
-                         f"the bits are 0 to {base.bits - 1}", "choose one of these")
-        return None
-    return BitStep(int(node.name)), BOOL
 
 
 def _index(

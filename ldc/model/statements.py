@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Expr, IndexStep, Place
-from ldc.model import action_calls, actions, enabling, expressions, ladder_blocks, places
+from ldc.model import action_calls, actions, enabling, expressions, ladder_blocks, parts, places
 from ldc.model import statement_findings as findings
 from ldc.model import type_findings
 from ldc.model.elements import Block
@@ -59,6 +59,8 @@ class _Typing:
         called = enabling.as_call(self.env, node)
         if called is not None:
             return self.invoke(called)
+        if parts.is_part(node.target):
+            return self._assign_part(node)
         place = places.place(self.env, node.target, self.diagnostics, write=True)
         if place is None:
             expressions.value(self.env, node.value, None, self.diagnostics)
@@ -69,6 +71,20 @@ class _Typing:
         if value is None:
             return None
         return actions.Assign(place, value, node.span)
+
+    def _assign_part(self, node: st.Assign) -> actions.Assign | None:
+        """``word.%B1 := value``."""
+        found = parts.part(self.env, node.target, self.diagnostics, write=True)
+        wanted = found.type if found is not None else None
+        value = expressions.expression(self.env, node.value, wanted, self.diagnostics, f"`{node.target.span.text}`")
+        if found is None or value is None:
+            return None
+        if parts.calls_in_index(found.place):
+            type_findings.bad_bit(self.diagnostics, node.target.span, "the index of this element calls a function",
+                                  "a part of the element is assigned", "compute the index into a variable before")
+            return None
+        self._wrote(found.place)
+        return actions.Assign(found.place, parts.assigned(found, value, node.span), node.span)
 
     def invoke(self, node: st.Invoke) -> actions.Call | tuple[actions.Action, ...] | None:
         """Pins are wired as those of a block in a ladder, but no power goes through it."""

@@ -53,7 +53,7 @@ class Direct:
 
 @record
 class Member:
-    """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``)."""
+    """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``), one like ``%B1`` a larger part."""
 
     base: Expr
     name: str

@@ -6,6 +6,7 @@ sensible node (a wrong literal, a reserved name), ``failed`` is set, and the uni
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 from ldc.parser import ast, literals, operators, statements
@@ -15,6 +16,7 @@ from ldc.source import Span
 from ldc.types import ELEMENTARY
 
 Values = list
+_PART = re.compile(r"%[XBWDL][0-9]+")
 
 
 class Builder:
@@ -270,13 +272,17 @@ class Builder:
         return ast.Member(base, self.word(name), Span(self.source, base.span.start, self.ends[name]))
 
     def bit(self, values: Values) -> ast.Member:
-        """``word.%X3`` of the 3rd edition is ``word.3``; its larger parts are told."""
+        """``word.%X3`` of the 3rd edition is ``word.3``; ``word.%B1`` keeps its name, and may have a bit itself."""
         base, _, at = values
-        word = self.word(at).upper()
-        if not word.startswith("%X") or not word[2:].isdecimal():
+        part, _, bit = self.word(at).upper().partition(".")
+        if not _PART.fullmatch(part) or bit and (part[1] == "X" or not bit.isdecimal()):
             self.failed = True
             self.findings.part_of(at)
-        return ast.Member(base, word[2:] or "0", Span(self.source, base.span.start, self.ends[at]))
+        span = Span(self.source, base.span.start, self.ends[at])
+        if part.startswith("%X"):
+            return ast.Member(base, part[2:], span)
+        whole = ast.Member(base, part, span)
+        return ast.Member(whole, bit, span) if bit else whole
 
     def index(self, values: Values) -> ast.Index:
         base, _, indexes, close = values

@@ -259,7 +259,8 @@ class Findings:
 
     def part_of(self, index: int) -> None:
         self.syntax(self.tokens.point(index), f"{self.shown(index)} is no part of a value that can be named",
-                    "only bits can, `.3` or `.%X3`", "shift it, then convert it: `WORD_TO_BYTE(SHR(w, 8))`")
+                    "not one of `.%X3`, `.%B1`, `.%W1`, `.%D1`",
+                    "write the size X, B, W, D or L and the number of the part, from 0")
 
     def equals_sign(self, index: int) -> None:
         self._no_statement(self.tokens.point(index), "`=` compares, it does not assign", "not `:=`",

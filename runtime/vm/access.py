@@ -37,9 +37,9 @@ class Access(Writer):
         match step:
             case FieldStep(name):
                 return Expression(f"{value.text}.{slot(name)}", type_, reads=value.reads)
-            case BitStep(bit):
+            case BitStep():
                 text, _ = ex.within(value, ex.BIT_AND)
-                return Expression(f"{text} & {1 << bit} != 0", BOOL, ex.COMPARE, value.reads)
+                return Expression(f"{text} & {step.weight} != 0", BOOL, ex.COMPARE, value.reads)
             case IndexStep():
                 offset = constant_offset(step)
                 if offset is not None:
@@ -86,10 +86,10 @@ class Access(Writer):
                 case IndexStep():
                     offset = constant_offset(step)
                     text = f"{text}[{self._offset(step) if offset is None else offset}]"
-                case BitStep(bit):
+                case BitStep():
                     if root.cell and len(place.steps) == 1:
                         self.written.add(root.cell)
-                    return "", _bit_store(text, bit)
+                    return "", _bit_store(text, step.weight)
         return text, None
 
     def _hazard(self, root: Root, place: Place) -> None:
@@ -105,9 +105,9 @@ class Access(Writer):
         if place.steps:
             bit = place.steps[-1].bit
             at = f"{home.name}[{home.location.byte + bit // 8}]"
-            return _bit_store(at, bit % 8)
+            return _bit_store(at, 1 << bit % 8)
         if home.location.size == "X":
-            return _bit_store(f"{home.name}[{home.location.byte}]", home.location.bit)
+            return _bit_store(f"{home.name}[{home.location.byte}]", 1 << home.location.bit)
         view = self.names.root(place).text.removesuffix(".get()")
         return lambda value: f"{view}.set({value})"
 
@@ -128,6 +128,5 @@ class Access(Writer):
         return value
 
 
-def _bit_store(target: str, bit: int) -> Callable[[str], str]:
-    mask = 1 << bit
+def _bit_store(target: str, mask: int) -> Callable[[str], str]:
     return lambda value: f"{target} = {target} | {mask} if {value} else {target} & {~mask}"

@@ -95,8 +95,7 @@ class Frame:
             whole = self._read_root(place)
             for step in steps[:-1]:
                 whole = self._inside(whole, step)
-            mask = 1 << last.bit
-            self._write(place, steps[:-1], whole | mask if value else whole & ~mask)
+            self._write(place, steps[:-1], whole | last.weight if value else whole & ~last.weight)
             return
         owner = self._read_root(place)
         for step in steps[:-1]:

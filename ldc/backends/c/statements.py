@@ -19,7 +19,7 @@ from ldc.il.pieces import Passes
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)
 from ldc.il.structure import may_fault
-from ldc.types import Array, Type
+from ldc.types import Array, Type, storage
 
 
 @dataclass(slots=True)
@@ -93,7 +93,7 @@ class Part(Values):
         elif at.bit is not None or at.part is not None:
             target, c, bit = self._bits(at, more)
             kept = f"({c})~(({c})1 << {bit})"
-            self.lines.append(f"{target} = ({c})(({target} & {kept}) | ({c})(({c}){text} << {bit}));")
+            self.lines.append(f"{target} = ({c})((({c}){target} & {kept}) | ({c})(({c}){text} << {bit}));")
         elif is_string(at.type):
             self.lines.append(f"ldc_put({self.whole(at, more)}, {at.type.length}, {text}, {width(at.type)});")
         elif by_address(at.type):
@@ -103,10 +103,10 @@ class Part(Values):
             self.lines.append(f"{self.whole(at, more)} = {text};")
 
     def _bits(self, at: Address, more: str) -> tuple[str, str, int]:
-        """For one bit of something: what holds it, the C type of that, the number of the bit."""
+        """For one bit of something: what holds it, the unsigned C type of that, the number of the bit."""
         if at.bit is not None:
             return f"LDC_AT(uint8_t, {at.base}, {at.offset})", "uint8_t", at.bit
-        return self.whole(at, more), c_type(at.whole), at.part
+        return self.whole(at, more), f"uint{storage(at.whole).bits}_t", at.part
 
     def latch(self, statement: Latch) -> None:
         reach = self.names.reach(statement.target)
