@@ -8,14 +8,18 @@ The same over bytes of a process and over shared memory; nothing is copied.
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import itemgetter
+from struct import Struct
 
 from ldc.il.placement import Point
 
 Value = bool | int | float
 _FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
+_WORDS = _FORMATS | {"bool32": "?3x" if sys.byteorder == "little" else "3x?"}
+"""A point in a row of several, as ``struct`` calls it."""
 
 
 class UnknownPoint(LookupError):
@@ -50,11 +54,21 @@ class Field:
         """``reader`` of several points at once, for those who look at all of them again and again. Raises
         UnknownPoint."""
         found = [self._find(path) for path in paths]
-        if len(found) > 1 and {place.type for place in found} in ({"f32"}, {"i32"}, {"u32"}):
-            view = self._views[_FORMATS[found[0].type]]
-            return partial(itemgetter(*(place.index for place in found)), view)
-        each = [self.reader(path) for path in paths]
-        return lambda: tuple([read() for read in each])
+        places = sorted({place.index: place.type for place in found}.items())
+        if not places:
+            return tuple
+        first = end = places[0][0]
+        words = ""
+        for index, type_ in places:
+            words += f"{4 * (index - end)}x{_WORDS[type_]}"
+            end = index + 1
+        read = partial(Struct(f"={words}").unpack_from, self._bytes, 4 * first)
+        numbers = {index: number for number, (index, _) in enumerate(places)}
+        order = [numbers[place.index] for place in found]
+        if order == list(range(len(places))):
+            return read
+        chosen = itemgetter(*order)
+        return lambda: chosen(read())
 
     def writer(self, path: str) -> Callable[[Value], None]:
         """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError

@@ -9,6 +9,7 @@ import json
 import math
 import sys
 from pathlib import Path
+from random import Random
 from statistics import fmean, stdev
 
 import pytest
@@ -65,6 +66,11 @@ class Rig:
 
     def shows(self, drive: str) -> float:
         return self.points[f"{drive}.axis.measured"]
+
+
+def test_its_random_numbers_are_those_of_the_standard_library() -> None:
+    ours, theirs = module("plant").Noise(5), Random(5)
+    assert [ours.gauss(1.5, 0.25) for _ in range(1001)] == [theirs.gauss(1.5, 0.25) for _ in range(1001)]
 
 
 def test_an_axis_follows_the_solution_of_its_equation() -> None:

@@ -17,10 +17,11 @@ class Wiring:
     def __init__(self, field: Field, points: Iterable[str]) -> None:
         self._field, self._points = field, tuple(points)
         self._machine: Machine | None = None
-        self._inputs: list[tuple[Callable[[], object], Symbol]] = []
+        self._inputs: tuple[tuple[str, Symbol], ...] = ()
         self._outputs: tuple[Callable[[object], None], ...] = ()
+        self._sense: Callable[[], tuple] = tuple
         self._read: Callable[[], tuple] = tuple
-        self._given: list[object] = []
+        self._given: tuple = ()
         self._shown: tuple = ()
 
     def bind(self, machine: Machine) -> None:
@@ -28,8 +29,9 @@ class Wiring:
         known = zip(self._points, machine.known(self._points), strict=True)
         symbols = [(point, symbol) for point, symbol in known if symbol is not None]
         self._machine = machine
-        self._inputs = [(self._field.reader(point), s) for point, s in symbols if s.area == "I"]
-        self._given = [None] * len(self._inputs)
+        self._inputs = tuple((point, s) for point, s in symbols if s.area == "I")
+        self._sense = self._field.readers([point for point, _ in self._inputs])
+        self._given = (None,) * len(self._inputs)
         outputs = [(point, s) for point, s in symbols if s.area == "Q"]
         self._outputs = tuple(self._field.writer(point) for point, _ in outputs)
         self._read = machine.reader(s for _, s in outputs)
@@ -38,15 +40,17 @@ class Wiring:
     def input(self, symbol: Symbol) -> Callable[[], object] | None:
         """What reads the point of an input at the plant, None when it is not wired."""
         place = symbol.home, symbol.keys, symbol.bit
-        return next((read for read, s in self._inputs if (s.home, s.keys, s.bit) == place), None)
+        found = (point for point, s in self._inputs if (s.home, s.keys, s.bit) == place)
+        return next(map(self._field.reader, found), None)
 
     def before(self) -> None:
         """Inputs of the machine get what the plant has written, as far as it has changed."""
-        for at, (read, symbol) in enumerate(self._inputs):
-            value = read()
-            if value != self._given[at]:
-                self._given[at] = value
-                self._machine.put(symbol, value)
+        given, now = self._given, self._sense()
+        if now != given:
+            self._given = now
+            for (_, symbol), value, before in zip(self._inputs, now, given, strict=True):
+                if value != before:
+                    self._machine.put(symbol, value)
 
     def after(self) -> None:
         """The plant sees the outputs of the scan."""

@@ -13,11 +13,31 @@ rest).
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
-from math import exp
+from collections.abc import Callable, Iterator
+from math import cos, exp, log, sin, sqrt, tau
 from random import Random
 
 AT_REST = 0.1  # mm/s; what is left of the way is less than 1 um
+
+
+def normals(random: Random) -> Iterator[float]:
+    """Numbers of the standard normal distribution, by Box and Muller: those of ``random.gauss``, which costs
+    twice as much a number, and a ruler takes one a step."""
+    uniform = random.random
+    while True:
+        angle, radius = uniform() * tau, sqrt(-2.0 * log(1.0 - uniform()))
+        yield cos(angle) * radius
+        yield sin(angle) * radius
+
+
+class Noise:
+    """Random numbers of one machine, in one order. ``draw`` gives the next of ``normals``."""
+
+    def __init__(self, seed: int) -> None:
+        self.draw = normals(Random(seed)).__next__
+
+    def gauss(self, mean: float, sd: float) -> float:
+        return mean + self.draw() * sd
 
 
 class Drive:
@@ -33,18 +53,19 @@ class Drive:
 class Axis:
     """One mass on one ruler; one of its drives moves it at a time."""
 
-    def __init__(self, name: str, position: float, sensor: dict, random: Random, journal: list) -> None:
+    def __init__(self, name: str, position: float, sensor: dict, random: Noise, journal: list) -> None:
         self.name, self.position, self.velocity, self.still = name, position, 0.0, True
         self.drive: Drive | None = None
         self.show: list[Callable[[float], None]] = []
         self.noise, self.grain = sensor["noise_mm"], sensor["step_mm"]
-        self.random, self.journal = random, journal
+        self.random, self.draw, self.journal = random, random.draw, journal
         self.reached, self.gain, self.delay_ns = 0.0, 1.0, 0.0
         self.coming: deque[tuple[float, float]] = deque()  # (when it reaches the axis, velocity), by time
 
     def measure(self) -> None:
         """The ruler: noise first, then its steps."""
-        shown = round((self.position + self.random.gauss(0.0, self.noise)) / self.grain) * self.grain
+        grain = self.grain
+        shown = round((self.position + self.draw() * self.noise) / grain) * grain
         for show in self.show:
             show(shown)
 
@@ -93,7 +114,7 @@ class Axis:
 class Hold:
     """The hold phase: the screw packs the melt while there is pressure and no drive moves it."""
 
-    def __init__(self, screw: Axis, settings: dict, random: Random) -> None:
+    def __init__(self, screw: Axis, settings: dict, random: Noise) -> None:
         self.screw, self.settings, self.random = screw, settings, random
         self.packed, self.lag = 0.0, 0.0
         self.holds = False
@@ -118,6 +139,20 @@ class Hold:
             self.screw.journal.append((now_ns, "screw", "hold", self.screw.position))
 
 
+class Wired:
+    """Drives that were wired at once, each with its axis. ``read`` gives their references, ``seen``: those of
+    the step before."""
+
+    def __init__(self, drives: list[tuple[Drive, Axis]], read: Callable[[], tuple[float, ...]]) -> None:
+        self.drives, self.read, self.seen = drives, read, ()
+
+    def command(self, references: tuple[float, ...], now_ns: int) -> None:
+        self.seen = references
+        for (drive, axis), reference in zip(self.drives, references, strict=True):
+            if reference != drive.reference:
+                axis.command(drive, reference, now_ns)
+
+
 class Plant:
     """Clamp, screw and ejector. The screw has three drives: injection, charge (metering) and suck-back.
 
@@ -127,7 +162,7 @@ class Plant:
     def __init__(self, field, parameters: dict, seed: int) -> None:
         regime, start = parameters["regimes"][parameters["regime"]], parameters["start"]
         ejector, force = parameters["ejector"], parameters["force"]
-        self.random, self.journal = Random(seed), []
+        self.random, self.journal = Noise(seed), []
 
         def axis(name: str, sensor: dict) -> Axis:
             return Axis(name, start[f"{name}_mm"], sensor, self.random, self.journal)
@@ -135,16 +170,14 @@ class Plant:
         clamp, screw = axis("clamp", regime["sensor"]), axis("screw", regime["sensor"])
         self.ejector = axis("ejector", ejector["sensor"])
         self.axes = clamp, screw, self.ejector
-        # Drives that were wired at once, with their axes: what reads their references, those read last.
-        self.wired: list[tuple[list[tuple[Drive, Axis]], Callable[[], tuple[float, ...]]]] = []
-        self.seen: list[tuple[float, ...]] = []
+        self.wired: list[Wired] = []
         self.unwired = [(clamp, "clamp", regime["clamp"]), (screw, "inject", regime["inject"]),
                         (screw, "charge", regime["charge"]), (screw, "suck_back", regime["inject"]),
                         (self.ejector, "ejector", ejector)]
         self.gain_sd = regime["gain_sd"]
         self.connect(field)
-        self.hold, self.pressure = Hold(screw, parameters["hold"], self.random), field.reader("%QD4")
-        self.lock, self.show_force = field.reader("%QX0.1"), field.writer("%ID4")
+        self.hold, self.valves = Hold(screw, parameters["hold"], self.random), field.readers(["%QX0.1", "%QD4"])
+        self.show_force = field.writer("%ID4")
         self.show_eye, self.eye_at, self.eye = field.writer("%IX1.0"), ejector["eye_mm"], False
         self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
 
@@ -163,27 +196,23 @@ class Plant:
         for axis in {axis.name: axis for _, axis in found}.values():
             axis.measure()
         if found:
-            self.wired.append((found, field.readers(references)))
-            self.seen.append(())
+            self.wired.append(Wired(found, field.readers(references)))
         self.unwired = missing
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
         since_ns = now_ns - dt_ns
-        for number, (drives, read) in enumerate(self.wired):
-            references = read()
-            if references != self.seen[number]:
-                self.seen[number] = references
-                for (drive, axis), reference in zip(drives, references, strict=True):
-                    if reference != drive.reference:
-                        axis.command(drive, reference, since_ns)
+        for wired in self.wired:
+            references = wired.read()
+            if references != wired.seen:
+                wired.command(references, since_ns)
         for axis in self.axes:
             if not axis.still:
                 axis.step(since_ns, now_ns)
-        pressure = self.pressure()
+        locks, pressure = self.valves()
         if pressure or self.hold.holds:
             self.hold.step(now_ns, dt_ns * 1e-9, pressure)
-        missing = self.full_force - self.force if self.lock() else -self.force
+        missing = self.full_force - self.force if locks else -self.force
         if missing:
             share = 1.0 - exp(-dt_ns * 1e-9 / self.force_lag)
             self.force += missing * share if abs(missing) > 0.1 else missing
