@@ -49,6 +49,11 @@ class Symbols:
                 self._addresses.setdefault(str(root.variable.location), root)
         self._addresses |= layout.direct
 
+    @property
+    def programs(self) -> list[str]:
+        """The names of the program instances."""
+        return [run.name for run, _ in self._layout.programs]
+
     def find(self, path: str) -> Symbol:
         """The scalar of that path. Raises UnknownSymbol, also for arrays, structures and instances."""
         key = path.strip().upper()

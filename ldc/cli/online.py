@@ -9,11 +9,11 @@ import argparse
 import sys
 
 from ldc import pipeline
-from ldc.cli import declared, link, modules, shipped
+from ldc.cli import declared, link, modules, settled, shipped
 from ldc.cli.compiling import compiled, locator, native_code
 from ldc.cli.console import Failure, report, say
 from ldc.cli.inputs import read
-from ldc.cli.starting import resource_to_run
+from ldc.cli.starting import resource_to_run, watched
 from ldc.cli.system import together
 from ldc.diagnostics import Invalid
 from ldc.il import image as il_image
@@ -24,6 +24,7 @@ from runtime.layout import lay_out
 from runtime.online import checks, migrate, wire
 from runtime.online.checks import Limits
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Stage, State, Status
+from runtime.symbols import Symbols
 from runtime.values import milliseconds
 
 
@@ -57,25 +58,40 @@ def _stage(options: argparse.Namespace, sources: Sources) -> int:
     path = link.runtime_of(options, sources)
     running = link.ask(path, Pull())
     result = compiled(sources, previous=il_image.layout_of(running.image))
-    if result.image.data == running.image and pack(together(result)) == running.together:
+    texts, theirs = shipped.texts_of(sources), running.sources or []
+    alike = result.image.digest == running.state.digest and pack(together(result)) == running.together
+    same = alike and result.image.data == running.image and list(texts) == theirs
+    message = None if same else _message(options, texts, running, result)
+    report(settled.stays(sources.manifest, running.settings))
+    if message is None:
         say("nothing to stage: this program runs")
         return 0
     try:
-        answer = link.ask(path, _message(options, sources, running, result))
+        answer = link.ask(path, message)
     except Invalid as error:
         raise Invalid(declared.placed(error.diagnostics, result), locator(result)) from error
+    project = sources.manifest and shipped.name_of(sources, sources.manifest.source)
+    for key in settled.brought(sources.manifest, dict(theirs).get(project, ""), running.settings):
+        print(f"{'brought':<12}{visible(key)}")
+    if alike:
+        changed = ", ".join(path for path, _ in shipped.differences(texts, theirs))
+        say(visible(f"the code is that of the program that runs; its sources have changed: {changed}"))
     _print_changes(answer.changes, kept=False)
     say(f"staged {answer.state.staged[:12]}; `ldc online test` lets it run")
     return 0
 
 
-def _message(options: argparse.Namespace, sources: Sources, running: Answer, result: pipeline.Compiled
+def _message(options: argparse.Namespace, texts: shipped.Texts, running: Answer, result: pipeline.Compiled
              ) -> Stage:
-    """The message that brings a program, whose symbols lie where they lie in the running one."""
+    """The message that brings a program, whose symbols lie where they lie in the running one. Raises Invalid
+    when what it is to show is not in it."""
     state = running.state
-    message = Stage(image=result.image.data, sources=list(shipped.texts_of(sources)),
+    shown: tuple[str, ...] = ()
+    if state.resource < len(result.program.resources):  # else the runtime tells that it has none for it
+        shown = watched(None, result.sources.manifest, Symbols(lay_out(result.program, state.resource)))
+    message = Stage(image=result.image.data, sources=list(texts),
                     base=_base(options.expect, state), owner=link.owner_of(options.sources),
-                    together=pack(together(result)))
+                    together=pack(together(result)), watch=list(shown))
     bindings = native_code(result)
     message.components = [wire.Part(b.unit, b.entry, b.library.read_bytes(), b.size,
                                     [(s.name, s.offset, s.written) for s in b.shared]) for b in bindings]

@@ -99,7 +99,7 @@ class Processes:
             self.finish()
             raise
         part = None
-        if note is not None or is_system(result):
+        if note is not None or is_system(result) or isinstance(runner, Controller):  # changes may need it
             part = MasterPart(runner, allocate("master", board.shared), self._placed, said, note,
                               lambda: self._pace.now_ns, on_emergency=board.emergency,
                               wiring=Wiring(field, wired), on_machine=self.follow,
@@ -201,7 +201,7 @@ class Processes:
     def follow(self) -> None:
         """Goes on with the program that the controller runs now, if it is another one."""
         running = self._runner.running
-        if running.machine is self._machine or self.master is None:
+        if running.machine is self._machine:
             return
         self._machine = running.machine
         names = [module.name for module in running.together.modules]

@@ -86,7 +86,7 @@ def _run(options: argparse.Namespace, sources: Sources, result: pipeline.Compile
 
         return run_realtime.run(options, sources, result, machine, beat, file, bindings, events)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
-    names = watched(options.watch, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine.symbols)
     scans = run_length(options, stimuli, machine)
     runner = _system if is_system(result) or options.events else _alone
     with attached(options, sources, result, machine, names) as beside, \

@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     result = compiled(sources, called_on=options.target)
     machine = firmware.machine(result, resource_to_run(result), options.period, sources.manifest)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
-    names = watched(options.watch, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine.symbols)
     scans = run_length(options, stimuli, machine)
     plan = firmware.planned(machine, result, board, room)
     with tempfile.TemporaryDirectory(prefix="ldc-") as folder:

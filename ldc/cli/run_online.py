@@ -7,26 +7,29 @@ import io
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from ldc import pipeline
-from ldc.cli import link, shipped
+from ldc.cli import link, settled, shipped
 from ldc.cli import system as systems
 from ldc.cli.attached import Attached, attached
 from ldc.cli.compiling import locator
 from ldc.cli.console import Failure, report, say
 from ldc.cli.output import replacing
-from ldc.cli.starting import is_system, run_length, start, stimuli_of, watched
+from ldc.cli.starting import run_length, start, stimuli_of, watched
 from ldc.cli.run_options import shows
 from ldc.cli.watching import ChangeLines
 from ldc.il.external import Binding
+from ldc.il.placement import placed
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.machine import Machine
+from runtime.online import findings as online_findings
+from runtime.online import loading
 from runtime.online.audit import Audit
 from runtime.online.checks import Limits
 from runtime.online.controller import Controller, Loaded
@@ -57,11 +60,14 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     sys.setswitchinterval(_SWITCH)
     machine = start(result, options.period, sources.manifest, options.engine, bindings)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
-    names = watched(options.watch, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine.symbols)
     endless = not (options.scans or options.duration)
     scans = None if endless else run_length(options, stimuli, machine)
+    follows = options.watch is None and shows(options)
+    settings = settled.fixed(sources.manifest, watch=not follows)
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources),
-                    systems.together(result), makers(result.program, bindings))
+                    systems.together(result), makers(result.program, bindings),
+                    loading.watched(machine, names) if follows else None)
     controller = Controller(loaded)
     affinity = os.sched_getaffinity(0)
 
@@ -73,9 +79,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             attached(options, sources, result, machine, names, beside=ordinary) as beside, \
             systems.recorded(options.events, events) as record, \
             _executed(options, result, controller, bindings, record, beside, beat, ended) as whole, \
-            _served(options, sources, controller, ordinary) as server:
-        if whole.master is not None:
-            server.waits = lambda: waits.text if (waits := whole.master.waits) is not None else ""
+            _served(options, sources, controller, ordinary, settings) as server:
+        server.waits = lambda: waits.text if (waits := whole.master.waits) is not None else ""
         controller.expect = whole.expect
 
         def followed() -> None:
@@ -83,7 +88,10 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             nonlocal machine, stimuli
             stimuli = stimuli.follow(machine, controller.machine)
             machine = controller.machine
-            observer.follow(machine)
+            if follows:
+                observer.follow(machine, controller.running.watch)
+            else:
+                observer.follow(machine)
             beside.follow(controller.running)
             server.values.follow(machine)
 
@@ -122,7 +130,7 @@ class _Whole:
     follow: Callable[[], None]
     expect: Callable[[Loaded], None]
     findings: Callable[[], Iterable]
-    master: MasterPart | None = None
+    master: MasterPart
     processes: Processes | None = None
 
     @property
@@ -135,7 +143,7 @@ def _executed(options: argparse.Namespace, result: pipeline.Compiled, controller
               bindings: tuple[Binding, ...], record: systems.EventFile | None, beside: Attached,
               beat: Callable[[], None], ended: Callable[[], bool]) -> Iterator[_Whole]:
     """In a process for each processor, or in virtual time at the pace of the clock; threads may be made when
-    it has been entered."""
+    it has been entered. Always with what makes a system: another program may bring messages, a sequence."""
     if options.realtime:
         from ldc.cli.realtime import Processes  # loads what virtual time does not need
 
@@ -148,12 +156,17 @@ def _executed(options: argparse.Namespace, result: pipeline.Compiled, controller
             made.finish()
         return
     due = _Clock(controller, options.no_wait, beat).due
-    if not is_system(result) and not options.events:
-        yield _Whole(controller.scan, due, lambda: None, lambda coming: None, lambda: controller.machine.faults)
-        return
     system = systems.system(result, controller, bindings, record)
     beside.join(system)
-    yield _Whole(system.scan, due, system.follow, system.expect, lambda: system.findings, system.master)
+
+    def expect(coming: Loaded) -> None:
+        there = {part.number for part in system.slaves}
+        for p in placed(coming.machine.program, [module.name for module in coming.together.modules]):
+            if p.slave not in there:
+                raise online_findings.refused(online_findings.no_slave(p.path, p.slave))
+        system.expect(coming)
+
+    yield _Whole(system.scan, due, system.follow, expect, lambda: system.findings, system.master)
 
 
 class _Clock:
@@ -191,7 +204,7 @@ def _observed(options: argparse.Namespace, machine: Machine, names: tuple[str, .
 
 @contextmanager
 def _served(options: argparse.Namespace, sources: Sources, controller: Controller,
-            ordinary: Callable[[], None]) -> Iterator[Server]:
+            ordinary: Callable[[], None], settings: Mapping[str, str]) -> Iterator[Server]:
     """The socket, and the audit log beside it. ``ordinary``: what its threads begin with. Raises Failure when
     one of them cannot be made."""
     name = link.name_of(sources)
@@ -201,7 +214,7 @@ def _served(options: argparse.Namespace, sources: Sources, controller: Controlle
     try:
         audit = Audit(log, lambda text: say(f"ldc run: {visible(text)}"))
         server = Server(controller, path, name, audit, limits, lambda text: say(visible(text)),
-                        ordinary)
+                        ordinary, settings)
     except Busy:
         raise Failure(f"a runtime has the socket `{path}` already: end it, or name another with --socket"
                       ) from None

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     if options.plot:
         lateness.check(options.plot)
     stimuli = stimuli_of(options.inputs, sources.manifest, machine)
-    names = watched(options.watch, sources.manifest, machine)
+    names = watched(options.watch, sources.manifest, machine.symbols)
     scans = run_length(options, stimuli, machine)
     affinity = os.sched_getaffinity(0)
     with attached(options, sources, result, machine, names,

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from ldc.cli.console import Failure
+from ldc.components import find
+from ldc.diagnostics import Diagnostics
 from ldc.manifest import Sources
 from ldc.source import SourceFile, as_text
 
@@ -14,16 +16,32 @@ Texts = tuple[tuple[str, str], ...]
 
 
 def texts_of(sources: Sources) -> Texts:
-    """Path and text of every source, of the project file and of the descriptors, sorted by path."""
+    """Path and text of every source, of the project file, of the descriptors and of the files in C and C++ that
+    belong to them, sorted by path."""
     files: list[SourceFile] = [*sources.files, *(source for source, _ in sources.descriptors)]
     if sources.manifest:
         files.append(sources.manifest.source)
-        root = sources.manifest.folder.resolve()
-    else:
-        folders = [Path(f.path).resolve().parent for f in sources.files]
-        root = Path(os.path.commonpath(folders)) if folders else Path.cwd()
-    found = {as_text(Path(os.path.relpath(Path(f.path).resolve(), root)).as_posix()): f.text for f in files}
-    return tuple(sorted(found.items()))
+    ignored = Diagnostics()  # the compile tells them
+    for component in find.components(sources.descriptors, ignored).components.values():
+        files += find.own_files(component, ignored).values()
+    root = _root(sources)
+    return tuple(sorted({_within(root, file): file.text for file in files}.items()))
+
+
+def name_of(sources: Sources, file: SourceFile) -> str:
+    """What a file is called in ``texts_of``."""
+    return _within(_root(sources), file)
+
+
+def _root(sources: Sources) -> Path:
+    if sources.manifest:
+        return sources.manifest.folder.resolve()
+    folders = [Path(f.path).resolve().parent for f in sources.files]
+    return Path(os.path.commonpath(folders)) if folders else Path.cwd()
+
+
+def _within(root: Path, file: SourceFile) -> str:
+    return as_text(Path(os.path.relpath(Path(file.path).resolve(), root)).as_posix())
 
 
 def differences(ours: Iterable[tuple[str, str]], theirs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

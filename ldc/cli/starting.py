@@ -24,7 +24,7 @@ from ldc.reading import read_source
 from runtime.machine import Machine
 from runtime.stimuli import Stimuli
 from runtime.stimuli import read as read_stimuli
-from runtime.symbols import UnknownSymbol
+from runtime.symbols import Symbols, UnknownSymbol
 from runtime.trace import Trace
 from runtime.vm import machine as vm
 
@@ -91,13 +91,13 @@ def stimuli_of(inputs: str | None, manifest: Manifest | None, machine: Machine) 
     return stimuli
 
 
-def watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> tuple[str, ...]:
+def watched(asked: str | None, manifest: Manifest | None, symbols: Symbols) -> tuple[str, ...]:
     """The paths to show: those asked for, those of the project, or all located inputs and outputs."""
     if asked is not None:
         names = listed(asked)
         for name in names:
             try:
-                machine.find([name])
+                symbols.find(name)
             except UnknownSymbol as error:
                 raise UsageError(str(error)) from error
         return names
@@ -105,7 +105,7 @@ def watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> t
         diagnostics = Diagnostics()
         for name in manifest.watch:
             try:
-                machine.find([name])
+                symbols.find(name)
             except UnknownSymbol as error:
                 span = manifest.value_span("run", "watch")
                 diagnostics.error(
@@ -117,16 +117,15 @@ def watched(asked: str | None, manifest: Manifest | None, machine: Machine) -> t
         if diagnostics.has_errors:
             raise Invalid(diagnostics)
         return manifest.watch
-    located = {area: [s.path for s in machine.symbols.located(area)] for area in "IQ"}
-    return _short((*located["I"], *located["Q"]), machine)
+    located = {area: [s.path for s in symbols.located(area)] for area in "IQ"}
+    return _short((*located["I"], *located["Q"]), symbols)
 
 
-def _short(paths: tuple[str, ...], machine: Machine) -> tuple[str, ...]:
+def _short(paths: tuple[str, ...], symbols: Symbols) -> tuple[str, ...]:
     """Paths without the name of the program when there is only one."""
-    runs = machine.program.resources[machine.resource].runs
-    if len(runs) != 1:
+    if len(symbols.programs) != 1:
         return paths
-    prefix = f"{runs[0].name.upper()}."
+    prefix = f"{symbols.programs[0].upper()}."
     return tuple(path[len(prefix) :] if path.upper().startswith(prefix) else path for path in paths)
 
 

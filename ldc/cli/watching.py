@@ -19,14 +19,17 @@ class ChangeLines:
         self._before: list[object] = [None] * len(names)
         self._paths = [machine.symbols.full(symbol) for symbol in self._symbols]
 
-    def follow(self, machine: Machine) -> None:
-        """Goes on with another program; what it does not have is shown no more."""
-        rows = zip(self._names, self._paths, machine.known(self._paths), self._before, strict=True)
-        kept = [row for row in rows if row[2] is not None]
-        self._machine, self._names = machine, [name for name, *_ in kept]
-        self._paths = [path for _, path, *_ in kept]
-        self._symbols = tuple(symbol for *_, symbol, _ in kept)
-        self._before = [before for *_, before in kept]
+    def follow(self, machine: Machine, shown: Sequence[tuple[str, str]] | None = None) -> None:
+        """Goes on with another program, and with ``shown`` (what is written, and its full path) when that has
+        others to show; what it does not have is shown no more."""
+        before = dict(zip(self._paths, self._before, strict=True))
+        asked = zip(self._names, self._paths, strict=True) if shown is None else shown
+        known = ((name, path, *machine.known([path])) for name, path in asked)
+        rows = [row for row in known if row[2] is not None]
+        self._machine, self._names = machine, [name for name, *_ in rows]
+        self._paths = [path for _, path, _ in rows]
+        self._symbols = tuple(symbol for *_, symbol in rows)
+        self._before = [before.get(path) for path in self._paths]
 
     def sample(self) -> None:
         now = self._machine.sample(self._symbols)

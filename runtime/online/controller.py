@@ -37,7 +37,8 @@ Sources = tuple[tuple[str, str], ...]
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
     """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``:
-    how its modules work together; ``makers``: how its algorithms are made, by unit."""
+    how its modules work together; ``makers``: how its algorithms are made, by unit; ``watch``: what is
+    shown while it runs, as people call it and by its full path; None: whatever was before."""
 
     machine: Machine
     image: bytes
@@ -45,6 +46,7 @@ class Loaded:
     sources: Sources
     together: Coordination = Coordination()
     makers: Mapping[str, Maker] = field(default_factory=dict)
+    watch: tuple[tuple[str, str], ...] | None = None
 
 
 @record

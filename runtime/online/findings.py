@@ -59,6 +59,12 @@ def other_algorithms(paths: Sequence[str]) -> Diagnostic:
                 "rest of the program, or end the run and start the new one")
 
 
+def no_slave(path: str, slave: int) -> Diagnostic:
+    return Diagnostic("LD0864", f"slave{slave} is to execute `{path}`, and the runtime has no such slave", about=path,
+                      help="slaves are those of [processors] when the runtime was started: let another one "
+                      "execute it, or end the run and start the new program")
+
+
 def in_other_hands(what: str) -> Diagnostic:
     return _one("LD0825", what,
                 "`ldc online status` tells whose it is; `ldc online cancel --force` takes it away")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -74,11 +74,18 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
         together = Coordination()
         if message.together is not None:
             together = unpack(message.together, lambda path: machine.symbols.find(path).type)
+        watch = None if message.watch is None else watched(machine, message.watch)
     except Invalid:
         raise
     except Exception as error:  # the bytes can be anything, and the running program must go on
         raise findings.refused(findings.unusable(f"{type(error).__name__}: {error}"[:300])) from error
-    return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms)
+    return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms, watch)
+
+
+def watched(machine: Machine, names: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    """What a program shows, with full paths. Raises UnknownSymbol."""
+    full = machine.symbols.full
+    return tuple((name, full(machine.symbols.find(name))) for name in names)
 
 
 def _machine(message: Stage, image: il_image.Image, running: Machine, folder: Path

@@ -12,7 +12,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, Future
 from pathlib import Path
 from typing import TypeVar
@@ -41,15 +41,16 @@ class Server:
     """Serves ``controller`` at the socket ``path``. ``name``: of the program, for people.
 
     Raises OSError when the socket cannot be made, Busy when a runtime has it. The folder of the socket
-    is made for the user alone. ``begin`` is called in the thread that makes those of clients.
+    is made for the user alone. ``begin`` is called in the thread that makes those of clients. ``settings``:
+    what the runtime was started with, for clients to compare.
     """
 
     def __init__(self, controller: Controller, path: Path, name: str, audit: Audit,
                  limits: Limits = Limits(), say: Callable[[str], None] = lambda text: None,
-                 begin: Callable[[], None] = lambda: None) -> None:
+                 begin: Callable[[], None] = lambda: None, settings: Mapping[str, str] = {}) -> None:
         self.controller, self.path, self.name = controller, path, name
         self._audit, self._limits, self._say, self._begin = audit, limits, say, begin
-        self._last, self._pause = "", 0
+        self._last, self._pause, self._settings = "", 0, dict(settings)
         self.waits: Callable[[], str] = str  # what the sequence waits for; whoever has one tells
         self._jobs: queue.SimpleQueue[tuple[Future, Callable[[], object]]] = queue.SimpleQueue()
         self._room = threading.Semaphore(_CLIENTS)
@@ -213,7 +214,7 @@ class Server:
     def _pulled(self) -> Answer:
         running = self.controller.running
         return Answer(state=self._state(), image=running.image, together=pack(running.together),
-                      sources=list(running.sources))
+                      sources=list(running.sources), settings=self._settings)
 
     def _report(self) -> Answer:
         staged = self.controller.staged

@@ -55,8 +55,8 @@ class Stage(_Request, tag="stage"):
     """A program, compiled for the running one with the digest ``base``. ``library`` and ``parts``: native
     code and the places of its faults, None and empty for the virtual machine; ``areas``: bytes of I, Q and M
     in its memory. ``components``: the code of those in C and C++; ``together``: how its modules work together
-    (``ldc.il.coordination_image``). ``owner``: a secret of the client, by which
-    it is known again."""
+    (``ldc.il.coordination_image``). ``watch``: paths that are shown when it runs, None: those that were before.
+    ``owner``: a secret of the client, by which it is known again."""
 
     image: bytes
     sources: list[tuple[str, str]]
@@ -67,6 +67,7 @@ class Stage(_Request, tag="stage"):
     areas: dict[str, int] = {}
     components: list[Part] = []
     together: bytes | None = None
+    watch: list[str] | None = None
 
 
 class Act(_Request, tag="act"):
@@ -196,7 +197,8 @@ class Trace(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
-    """``findings``: why a request was refused; what was asked for otherwise."""
+    """``findings``: why a request was refused; what was asked for otherwise. ``settings``: what the runtime
+    was started with and keeps, by names that clients know (``ldc.cli.settled``)."""
 
     version: int = VERSION
     findings: list[Finding] = []
@@ -205,6 +207,7 @@ class Answer(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     image: bytes | None = None
     together: bytes | None = None
     sources: list[tuple[str, str]] | None = None
+    settings: dict[str, str] = {}
     values: list[Value] | None = None
     scan: int = 0
     now_ns: int = 0

@@ -1,0 +1,190 @@
+"""What of `ldc.toml` a change brings along while the program runs, and what it cannot (docs/online.md)."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import native
+from ldc.cli import link, settled
+from ldc.cli.main import main
+from ldc.diagnostics import Diagnostics
+from ldc.manifest import find_sources
+from online_runtime import running, wait_until
+from runtime.online.wire import Get
+
+SAMPLE = Path(__file__).resolve().parents[1] / "samples" / "injection_machine"
+WAYS = pytest.mark.parametrize("way", [
+    ("--no-wait",), pytest.param(("--no-wait", "--engine", "native"), marks=native.needs_gcc),
+    pytest.param(("--realtime",), marks=pytest.mark.xdist_group("real time"))], ids=" ".join)
+
+PROJECT = '[project]\nname = "plant"\nmodules = ["beat", "counts"]\n'
+MESSAGE = '[messages.beats]\nfrom = "beat.now"\nto = [{ module = "counts", flag = "heard" }]\n'
+TEXT = """PROGRAM beat
+VAR
+    turn : TON;
+    now  : BOOL;
+END_VAR
+
+RUNG
+    [/now] <turn: TON(PT := T#30ms)> (now)
+END_PROGRAM
+
+PROGRAM counts
+VAR_INPUT
+    heard : BOOL;
+END_VAR
+VAR
+    all : CTU;
+END_VAR
+
+RUNG
+    [heard] <all: CTU(PV := 1000)>
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "ldc.toml").write_text(PROJECT)
+    (tmp_path / "main.ld").write_text(TEXT)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@contextmanager
+def begun(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Iterator[subprocess.Popen]:
+    with running(["run", ".", "--online", *arguments], monkeypatch) as process:
+        yield process
+
+
+def done(*actions: str) -> None:
+    for action in actions:
+        assert main(["online", *action.split()]) == 0
+
+
+def value(path: str) -> str:
+    return link.ask(link.socket_path(None, ""), Get(paths=[path])).values[0].value
+
+
+@WAYS
+def test_messages_come_to_a_program_that_was_started_without_any(folder, monkeypatch, capsys, way) -> None:
+    with begun(monkeypatch, *way):
+        (folder / "ldc.toml").write_text(PROJECT + MESSAGE)
+        done("stage")
+        assert re.search(r"^brought +\[messages\.beats\]$", capsys.readouterr().out, re.M)
+        done("test")
+        wait_until(lambda: int(value("counts.all.CV")) > 2)
+        done("untest")
+        before = value("counts.all.CV")
+        wait_until(lambda: value("beat.now") == "1")
+        wait_until(lambda: value("beat.now") == "0")
+        assert value("counts.all.CV") == before, "the program before knows of no message"
+
+
+@WAYS
+def test_the_ejector_brings_its_message_along(tmp_path, monkeypatch, way) -> None:
+    """What stands in ldc.toml when the module is inserted comes with it, in one step."""
+    folder = tmp_path / "machine"
+    shutil.copytree(SAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    whole = (folder / "ldc.toml").read_text()
+    message = re.search(r"\[messages\.part\].*?\n\n", whole, re.S)[0]
+    without = whole.replace('"ejector", ', "").replace('    { module = "ejector" },\n', "").replace(message, "")
+    (folder / "ldc.toml").write_text(without.replace('"ejector.start", "ejector.part", ', "").replace(
+        ' "ejector.axis.position",', ""))
+    (folder / "ejector.ld").rename(tmp_path / "ejector.ld")
+    (folder / "inputs.csv").write_text("scan,auto_switch,guard,motor_ok\n0,1,1,1\n")
+    monkeypatch.chdir(folder)
+    if "--realtime" in way:  # slaves have to know its axis
+        (tmp_path / "ejector.ld").rename(folder / "ejector.ld")
+        (folder / "ldc.toml").write_text(whole.replace(message, ""))
+        with begun(monkeypatch, *way):
+            wait_until(lambda: value("control.automatic") == "1")
+            (folder / "ldc.toml").write_text(whole)
+            done("stage", "test", "commit")
+            wait_until(lambda: value("control.parts.CV") == "1", 25)
+        return
+    with begun(monkeypatch, *way):
+        wait_until(lambda: value("control.automatic") == "1")
+        (tmp_path / "ejector.ld").rename(folder / "ejector.ld")
+        with (folder / "ldc.toml").open("a") as file:
+            file.write(f"\n{message}")
+        done("insert ejector --after clamp", "test --for 3600s", "commit")
+        wait_until(lambda: int(value("control.parts.CV")) > 0, 30)
+
+
+def test_what_is_watched_changes_with_the_program(folder, monkeypatch) -> None:
+    shown = folder / "out.txt"
+    (folder / "ldc.toml").write_text(PROJECT + '[run]\nwatch = ["beat.now"]\n')
+    with shown.open("w") as stream:
+        popen = subprocess.Popen
+        monkeypatch.setattr(subprocess, "Popen", lambda *a, **k: popen(*a, **{**k, "stdout": stream}))
+        with begun(monkeypatch):
+            (folder / "ldc.toml").write_text(PROJECT + MESSAGE + '[run]\nwatch = ["beat.now", "counts.all.CV"]\n')
+            done("stage", "test")
+            wait_until(lambda: int(value("counts.all.CV")) > 1)
+            done("untest", "cancel")
+    said = shown.read_text()
+    assert said.index("beat.now=0") < said.index("counts.all.CV=0") < said.index("counts.all.CV=1")
+    assert "counts.all.CV" not in said[said.rindex("\n", 0, -1):]
+
+
+def test_what_cannot_be_watched_is_refused_where_it_stands(folder, monkeypatch, capsys) -> None:
+    with begun(monkeypatch):
+        (folder / "ldc.toml").write_text(PROJECT + '[run]\nwatch = ["beat.gone"]\n')
+        assert main(["online", "stage"]) == 1
+        assert "LD0620" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("arguments", "more", "brought", "stays"), [
+    ((), '[run]\nperiod = "20ms"\n', [], ["[run] period"]),
+    ((), '[run]\nwatch = ["beat.now"]\n', ["[run] watch"], []),
+    (("--watch", "beat.now"), '[run]\nwatch = ["beat.now"]\n', [], ["[run] watch"]),
+    ((), '[run]\nretain = "kept"\nretain_every = "2s"\n[memory]\nimage_bytes = 2048\n', [],
+     ["[run] retain", "[run] retain_every", "[memory] image_bytes"]),
+    ((), '[plant]\nfile = "plant.py"\n[cost]\ninstruction = "1us"\n', [], ["[plant] file", "[cost]"]),
+    ((), '[safety]\nestop = "%MX0.0"\n[run]\nperiod = "20ms"\n', ["[safety] estop"], ["[run] period"]),
+])
+def test_what_a_change_of_settings_does_is_told(folder, monkeypatch, capsys, arguments, more, brought, stays) -> None:
+    """Nothing is silently left out: it is brought, or it stays, and pull knows the text that was staged."""
+    (folder / "plant.py").write_text("class Plant:\n    pass\n")
+    (folder / "main.ld").write_text(TEXT.replace("now  :", "now AT %MX0.0 :"))
+    with begun(monkeypatch, *arguments):
+        (folder / "ldc.toml").write_text(PROJECT + more)
+        done("stage")
+        out, err = capsys.readouterr()
+        assert re.findall(r"^warning\[LD0863\]: (.*) stays as", err, re.M) == stays
+        assert re.findall(r"^brought +(.*)$", out, re.M) == brought
+        done("test", "commit")
+        assert main(["pull", "--check"]) == 0
+        assert main(["online", "stage"]) == 0
+        err = capsys.readouterr().err
+        assert "nothing to stage" in err and err.count("LD0863") == len(stays), "it is told until the next start"
+
+
+def test_sources_that_change_nothing_of_the_code_are_staged_too(folder, monkeypatch, capsys) -> None:
+    with begun(monkeypatch):
+        (folder / "main.ld").write_text(TEXT + "(* the end *)\n")
+        assert main(["pull", "--check"]) == 1
+        done("stage", "test", "commit")
+        assert "its sources have changed: main.ld" in capsys.readouterr().err
+        assert main(["pull", "--check"]) == 0
+
+
+def test_a_file_that_a_setting_names_counts_with_its_contents(folder) -> None:
+    (folder / "plant.py").write_text("class Plant:\n    pass\n")
+    (folder / "ldc.toml").write_text(PROJECT + '[plant]\nfile = "plant.py"\n')
+    manifest = find_sources([folder], Diagnostics()).manifest
+    begin = settled.fixed(manifest)
+    assert settled.stays(manifest, begin) == []
+    (folder / "plant.py").write_text("class Plant:\n    heavy = True\n")
+    told, = settled.stays(manifest, begin)
+    assert (told.code, told.primary.text) == ("LD0863", "the file has other contents now")
+    (folder / "plant.py").unlink()
+    assert len(settled.stays(manifest, begin)) == 1
