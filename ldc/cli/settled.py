@@ -20,7 +20,8 @@ from ldc.toml_tables import parse_toml
 _FILES = ("run.inputs", "plant.file", "plant.parameters")
 """Settings that name files, whose contents count too."""
 
-_STAYS = ("run.period", "run.retain", "run.retain_every", "memory.image_bytes", "plant.step", "plant.seed", *_FILES)
+_STAYS = ("run.period", "run.retain", "run.retain_every", "memory.image_bytes", "plant.step", "plant.seed",
+          *_FILES)
 _TABLES = ("processors", "cost")
 """Whole tables that stay."""
 
@@ -37,7 +38,8 @@ def fixed(manifest: Manifest | None, watch: bool = False) -> dict[str, str]:
     data = _values(manifest.source) if manifest is not None else {}
     found = {key: _text(data.get(key)) for key in (*_STAYS, *((WATCH,) if watch else ()))}
     for table in _TABLES:
-        found[table] = _text({key: value for key, value in data.items() if key.startswith(f"{table}.")} or None)
+        rows = {key: value for key, value in data.items() if key.startswith(f"{table}.")}
+        found[table] = _text(rows or None)
     for key in _FILES:
         found[f"{key}#"] = _contents(manifest.folder / str(data[key])) if key in data else ""
     return found

@@ -55,8 +55,8 @@ class Stage(_Request, tag="stage"):
     """A program, compiled for the running one with the digest ``base``. ``library`` and ``parts``: native
     code and the places of its faults, None and empty for the virtual machine; ``areas``: bytes of I, Q and M
     in its memory. ``components``: the code of those in C and C++; ``together``: how its modules work together
-    (``ldc.il.coordination_image``). ``watch``: paths that are shown when it runs, None: those that were before.
-    ``owner``: a secret of the client, by which it is known again."""
+    (``ldc.il.coordination_image``). ``watch``: paths that are shown when it runs, None: those that were
+    before. ``owner``: a secret of the client, by which it is known again."""
 
     image: bytes
     sources: list[tuple[str, str]]
