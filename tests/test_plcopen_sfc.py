@@ -159,10 +159,25 @@ def test_conditions(condition: str, parts: str, opens: str, negated: bool) -> No
         assert got == f"0{int(eval(opens, {}, values))}", (values, opens)
 
 
-def test_a_timer_in_a_condition_runs_while_its_step_is_active() -> None:
-    timer = block(21, "TON", {"IN": 20, "PT": 22}, ["Q", "ET"], "warm") + rail(20) + value(22, "T#20ms")
-    wire = '<connectionPointIn><connection refLocalId="21" formalParameter="Q"/></connectionPointIn>'
-    assert trace(two(wire, timer), "B.X", back="000000") == ["000111"]
+def test_timers_that_are_wired_to_transitions_are_called_in_every_execution() -> None:
+    """Otherwise one would not see that its step has ended, and the next round would not wait."""
+    timer = block(21, "TON", {"IN": 20, "PT": 22}, ["Q", "ET"], "warm") + value(22, "T#20ms")
+    assert trace(two(wires("21.Q"), timer + rail(20)), "B.X", back="000000") == ["000111"]
+    got = trace(two(wires("21.Q"), timer + value(20, "A.X")), "B.X warm.IN", back="000010000000")
+    assert got == ["000100011111", "111011100000"]
+
+
+def test_what_several_conditions_are_wired_to_is_called_once() -> None:
+    counter = block(21, "CTU", {"EN": 20, "CU": 23, "R": 24, "PV": 22}, ["ENO", "Q", "CV"],
+                    "count") + value(22, "2") + rail(20)
+    compared = block(25, "EQ", {"IN1": "21.CV", "IN2": 26}, ["OUT"]) + value(26, "0")
+    text = chart(step(1, "A", None, True), way(2, 1, wires("21.Q")), step(3, "B", 2),
+                 way(4, 3, wires(("25.OUT", "27"))), jump(5, "A", 4), counter, compared,
+                 contact(23, "x", 20), contact(24, "y", 20), contact(27, "z", "21.ENO"))
+    text = text.replace("<localVars>", f"<localVars>{variables('count : CTU')}", 1)
+    rounds = trace(text, "B.X count.CV", x="0101000100", y="0000001000", z="0000000000")
+    assert rounds == ["0000111000", "0112220111"]
+    assert trace(text, "B.X", x="0101000000", y="0000000000", z="0000000100") == ["0000111011"]
 
 
 COUNTS = value(3, "n") + value(4, "1") + element(

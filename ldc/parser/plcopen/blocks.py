@@ -239,7 +239,7 @@ class Pins:
         at = self.writer.value_at(pin)
         if at is None:
             return None
-        value = self.writer.value(at) if isinstance(at, str) else self.writer.expression(at, self.element)
+        value = self.writer.expression(at, self.element) if isinstance(at, Span) else self.writer.value(at)
         if pin.edge:
             if not isinstance(value, _VARIABLES):
                 net = self.writer.edge(self.writer.signal(value, value.span), pin, self.element)

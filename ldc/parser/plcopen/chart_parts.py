@@ -111,8 +111,12 @@ class Parts:
 
     # ---- steps
 
-    def steps(self) -> tuple[sfc.Step, ...]:
+    def steps(self, always: str | None = None) -> tuple[sfc.Step, ...]:
+        """The steps with their actions. ``always``: an action that is executed from the initial steps on."""
         found: dict[str, list[sfc.Association]] = {id_: [] for id_ in self._steps}
+        for id_, node in self._steps.items():
+            if always is not None and node.flag("initialStep"):
+                found[id_].append(sfc.Association(ast.Name(always, node.span), "S", None, (), node.span))
         for id_, node in self._steps.items():
             for qualifier, name, span in self._vendor(node):
                 action = ast.Name(self._names.get(name.upper(), name), span)

@@ -22,13 +22,16 @@ Output = tuple[str, str]
 RAIL: Output = ("", "")
 ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVariable", "jump", "return",
             "connector", "continuation", "leftPowerRail")
-VALUES = ("inVariable", "leftPowerRail", "continuation", "connector")
+CALLED = "called"
+"""The tag of a function block that is called elsewhere: only its outputs are read here."""
+VALUES = ("inVariable", "leftPowerRail", "continuation", "connector", CALLED)
 """What gives a value and does nothing by itself."""
 _EDGES = {("rising", False): "R_TRIG", ("falling", False): "F_TRIG",
           ("rising", True): "F_TRIG", ("falling", True): "R_TRIG"}
 """By the direction, and whether the pin is negated: then it is the opposite edge."""
 _BOXES = ("inVariable", "outVariable")
 _BOTH = {"inVariable": ("storage",), "inOutVariable": ("edgeIn", "storageIn", "edgeOut", "storageOut")}
+_BLOCKS = ("block", CALLED)
 _IGNORED = ("rightPowerRail", "documentation", "addData")
 
 _POSITION = Pattern(r"<(?:[\w.-]+:)?position\s([^>]*)>")
@@ -100,7 +103,7 @@ class Drawing:
         self._at_rail: set[str] = set()
         self._first = _first_number(body)
         for index, node in enumerate(body.children):
-            if node.tag in ELEMENTS or node.tag in goals:
+            if node.tag in ELEMENTS or node.tag == CALLED or node.tag in goals:
                 if node.tag in _BOXES and not _written(node):
                     self.placeholders.add(node.get("localId").strip())
                 else:
@@ -128,11 +131,11 @@ class Drawing:
             findings.malformed(self.diagnostics, node.span, f"{self.where}: {what}")
             self.broken = True
             return
-        if node.tag == "block" and "." in node.get("typeName"):
+        if node.tag in _BLOCKS and "." in node.get("typeName"):
             node = self._without_library(node)
         number = node.number("executionOrderId", -1) if self._first is not None else None
         element = Element(id_, node, None if number is None or number < self._first else number, index)
-        if node.tag == "block":
+        if node.tag in _BLOCKS:
             drawn = [pin for group in ("inputVariables", "inOutVariables") if (pins := node.find(group))
                      for pin in pins.all("variable")]
             names = standard_names(node.get("typeName").strip(), not node.get("instanceName").strip(),
@@ -190,7 +193,7 @@ class Drawing:
                  if e.kind == "connector"}
         self._indirect = False
         for element in self.elements.values():
-            for pin in element.inputs:
+            for pin in element.inputs if element.kind != CALLED else ():
                 pin.sources = frozenset(self._sources(element, pin))
         if self._indirect:
             self._follow(named)
@@ -205,7 +208,7 @@ class Drawing:
                 found.append((id_, ""))
             elif kind == "leftPowerRail":
                 found.append(RAIL)
-            elif kind == "block":
+            elif kind in _BLOCKS:
                 output = RAIL if self._always(source, name) else (id_, output_of(source, name))
                 found.append(output)
                 self._indirect |= output != RAIL and all(o.name.upper() != output[1] for o in source.outputs)

@@ -13,7 +13,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import backwards, boxes, findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
-from ldc.parser.plcopen.drawing import RAIL, Drawing, Element, Input, Output, is_conditional, output_of
+from ldc.parser.plcopen.drawing import CALLED, RAIL, Drawing, Element, Input, Output, is_conditional, output_of
 from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.source import Span
 
@@ -22,6 +22,7 @@ _OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
 _BOXES = ("outVariable", "inOutVariable")
 _TAKE_VALUES = ("block", *_BOXES)
+_GIVE_VALUES = ("inVariable", "inOutVariable", CALLED)
 _NO_WIRE = "_"
 
 
@@ -118,33 +119,38 @@ class RungWriter:
         self.failed |= found is None
         return ast.Name(texts.line(span.text), span) if found is None else found
 
-    def value(self, id_: str) -> ast.Expr:
-        """The expression in an input variable."""
-        element = self.drawing.elements[id_]
+    def value(self, output: Output) -> ast.Expr:
+        """The expression in an input variable; the output of a function block that is called elsewhere."""
+        element = self.drawing.elements[output[0]]
+        if element.kind == CALLED:
+            pin = next(pin for pin in element.outputs if pin.name.upper() == output[1])
+            holder = self.expression(element.node.attribute("instanceName"), element)
+            found = ast.Member(holder, pin.name, element.node.span)
+            return texts.negated(found) if pin.negated else found
         text = element.node.find("expression")
         if element.inputs and element.inputs[0].sources:
             self.awaited += (_written(element),)
         found = self.expression(text.content if text is not None else None, element)
         return texts.negated(found) if boxes.is_negated(element.node, reads=True) else found
 
-    def value_at(self, pin: Input) -> str | Span | None:
-        """What is written at a pin instead of a wire: the id of an input variable, or a place."""
+    def value_at(self, pin: Input) -> Output | Span | None:
+        """What is written at a pin instead of a wire: of which element (`value`), or a place."""
         if pin.text is not None and not pin.sources:
             return pin.text
         if len(pin.sources) == 1:
-            ((id_, _),) = pin.sources
-            if id_ and self.drawing.elements[id_].kind in ("inVariable", "inOutVariable"):
-                return id_
+            (output,) = pin.sources
+            if output != RAIL and self.drawing.elements[output[0]].kind in _GIVE_VALUES:
+                return output
         return None
 
     def _values(self) -> None:
         """Input variables where power is read: contacts at the left rail."""
         for output in list(self.feeds):
             element = self.drawing.elements[output[0]]
-            if element.kind not in ("inVariable", "inOutVariable"):
+            if element.kind not in _GIVE_VALUES:
                 continue
             self.at = (*min(user.order for user in self.readers(output)), -1)
-            contact = ast.Contact("", self.value(output[0]), element.node.span)
+            contact = ast.Contact("", self.value(output), element.node.span)
             self.add(contact, RAIL_NET, self.tail(output, element.node.span))
 
     # ---- elements
@@ -203,7 +209,7 @@ class RungWriter:
         value, function = self.value_at(pin), "NOT" if negated else "MOVE"
         enable = self.net(element.inputs[1]) if len(element.inputs) > 1 else None
         if value is not None:
-            source = self.value(value) if isinstance(value, str) else self.expression(value, element)
+            source = self.expression(value, element) if isinstance(value, Span) else self.value(value)
             self.function(function, source, target, node.span)
         elif enable or len(pin.sources) == 1 and self._is_block(next(iter(pin.sources))) and not negated:
             net = self.net(pin)

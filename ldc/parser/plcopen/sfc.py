@@ -6,7 +6,7 @@ from a step to the transitions above it, through divergences and convergences.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
@@ -14,7 +14,7 @@ from ldc.parser.plcopen import additional, boxes, findings, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import ELEMENTS, Drawing
+from ldc.parser.plcopen.drawing import CALLED, ELEMENTS, Drawing
 from ldc.parser.plcopen.guarded import Additions
 from ldc.source import Span
 
@@ -36,6 +36,8 @@ class ChartReader:
         self.diagnostics = diagnostics
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
+        self._calls: dict[int, Node] = {}
+        self._rails = list(body.all("leftPowerRail"))
         for node in body.children:
             if node.tag in _CHART or node.tag in ELEMENTS:
                 self._known(node)
@@ -70,7 +72,9 @@ class ChartReader:
         self._tell_flags()
         actions = self.parts.actions()
         transitions = tuple(kept.transitions(self.holder, list(self._transitions())))
-        return sfc.SfcBody(self.parts.steps(), transitions, (*actions, *self.parts.inline), self.span)
+        calls = self._called()
+        steps = self.parts.steps(calls[0].name if calls else None)
+        return sfc.SfcBody(steps, transitions, (*actions, *self.parts.inline, *calls), self.span)
 
     def _tell_flags(self) -> None:
         """Variables that control or watch a chart in editors of the CODESYS family, when they are declared."""
@@ -181,26 +185,55 @@ class ChartReader:
 
     def _drawing(self, node: Node, point: Node, negated: bool, number: int
                  ) -> tuple[ast.LadderBody | None, str | None]:
-        """A condition drawn with contacts and blocks: all that leads to it, as a rung."""
+        """A condition drawn with contacts and blocks: all that leads to it, as a rung. Function blocks are
+        called in every execution of the chart, also when the step above is not active: a timer that stood
+        still would not see that its input is FALSE. The condition reads their outputs."""
         name = self.parts.fresh(f"transition_{number}")
         goal = node.like(node.tag, [point], {"localId": node.get("localId"), "name": name,
                                              "negated": "true" if negated else "false"})
-        used, work = {id(node)}, [goal]
-        while work:
-            for pin in _points(work.pop()):
-                for wire in pin.all("connection"):
-                    found = self.nodes.get(wire.get("refLocalId").strip())
-                    if found is not None and id(found) not in used:
-                        used.add(id(found))
-                        work.append(found)
-        children = [goal if n is node else n for n in self.body.children if id(n) in used]
-        if any(n.tag in _CHART and n is not goal for n in children):
+        used: dict[int, Node] = {id(node): goal}
+        self._feeding([goal], used, self._is_call)
+        calls = [found for found in used.values() if self._is_call(found)]
+        if calls:  # EN at the rail is no condition
+            used |= {id(rail): rail for rail in self._rails}
+        behind = dict(self._calls) | {id(call): call for call in calls}
+        self._feeding([call for call in calls if id(call) not in self._calls], behind)
+        if any(found.tag in _CHART and found is not goal for found in (*used.values(), *behind.values())):
             self._malformed(node.span, "the condition of a transition is wired to the chart itself",
                             "wire it to contacts, blocks and variables")
             return None, None
-        drawing = Drawing(self.body.like(self.body.tag, children), self.where, self.more, self.diagnostics,
-                          ("transition",))
-        return rungs_of(drawing, self.diagnostics), name
+        self._calls = behind
+        parts = [part.like(CALLED, part.children) if self._is_call(part) else part for part in used.values()]
+        return rungs_of(self._of(parts, ("transition",)), self.diagnostics), name
+
+    def _feeding(self, work: list[Node], found: dict[int, Node],
+                 ends: Callable[[Node], bool] = lambda node: False) -> None:
+        """Adds all that leads to the elements ``work``, by identity, but not what leads to one that ``ends``."""
+        while work:
+            for pin in _points(work.pop()):
+                for wire in pin.all("connection"):
+                    node = self.nodes.get(wire.get("refLocalId").strip())
+                    if node is not None and id(node) not in found:
+                        found[id(node)] = node
+                        if not ends(node):
+                            work.append(node)
+
+    def _is_call(self, node: Node) -> bool:
+        """Whether this is a call of a function block; one of an action has an instance too."""
+        action = node.get("typeName").rpartition(".")[2].strip().upper() in self.more.actions
+        return node.tag == "block" and bool(node.get("instanceName").strip()) and not action
+
+    def _of(self, nodes: Iterable[Node], goals: tuple[str, ...] = ()) -> Drawing:
+        """A part of what is drawn beside the chart."""
+        children = sorted(nodes, key=lambda node: node.start)
+        return Drawing(self.body.like(self.body.tag, children), self.where, self.more, self.diagnostics, goals)
+
+    def _called(self) -> tuple[sfc.Action, ...]:
+        """The function blocks that conditions are wired to, and what leads to them, as one action."""
+        if not self._calls:
+            return ()
+        body, span = rungs_of(self._of(self._calls.values()), self.diagnostics), self.body.span
+        return (sfc.Action(self.parts.fresh("blocks"), body, span, span),)
 
 
 def _points(node: Node) -> Iterator[Node]:
