@@ -8,6 +8,7 @@ nanoseconds since 1970-01-01; strings are bytes (Latin-1), WSTRING is text.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 
 from ldc.records import record
 
@@ -86,11 +87,13 @@ class Struct:
 
 @record
 class Enum:
-    """Named values; stored as DINT. ``initial`` is the first value unless declared otherwise."""
+    """Named values; stored as DINT. ``initial`` is the first value unless declared otherwise. ``base``: the
+    integer or bit string that is written behind the values."""
 
     name: str
     values: tuple[tuple[str, int], ...]
     initial: int = 0
+    base: Elementary | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         return self.name or f"({', '.join(f'{name} := {number}' for name, number in self.values)})"

@@ -12,11 +12,11 @@ from ldc.il.regions import Regions
 from ldc.il.scan import Line, Scanner
 from ldc.library import functions
 from ldc.model.project import Pou
-from ldc.model.type_findings import conversion_help, described
+from ldc.model.type_findings import conversion_help, described, enumerated
 from ldc.model.values import AnyEnum, Untyped, same, settle
 from ldc.source import Span
 from ldc.symbols import Variable
-from ldc.types import BOOL, Enum, Instance, Type, holds_blocks, is_scalar, storage
+from ldc.types import BOOL, DINT, Enum, Instance, Type, holds_blocks, is_scalar, storage
 
 # What needs no value in the accumulator, whatever was in it before.
 _FRESH = frozenset(("", "LD", "LDN", "JMP", "CAL", "RET", "RETURN"))
@@ -139,6 +139,10 @@ class Machine:
             return self.acc.settle(wanted, self.code, self.diagnostics)
         got = self.acc.type
         if same(got, wanted):
+            return True
+        if isinstance(wanted, Enum) and same(got, DINT):
+            enumerated(self.diagnostics, self.at, got, wanted)  # stored alike
+            self.acc.set(wanted)
             return True
         if not widens(got, wanted):
             self.mismatch(op, got, wanted)

@@ -23,6 +23,8 @@ from ldc.model.values import (
     Value,
     as_number,
     coerce,
+    converted,
+    counting,
     fits,
     literal,
     natural,
@@ -145,8 +147,10 @@ def _member(env: Environment, node: ast.Member, hint: Type | None, diagnostics: 
     if parts.is_part(node):
         found = parts.part(env, node, diagnostics)
         return None if found is None else parts.read(found, node.span)
-    if type(base) is ast.Name and env.variable(base.name.upper()) is None:
-        if isinstance(env.type_named(base.name.upper()), Enum):
+    if type(base) is ast.Name and isinstance(named := env.type_named(base.name.upper()), Enum):
+        # A variable may have the name of its type: then only what is no value of the type is one of its bits.
+        value_of = any(node.name.upper() == name.upper() for name, _ in named.values)
+        if value_of or env.variable(base.name.upper()) is None:
             return _enum_literal(env, ast.EnumLiteral(base.name, node.name, node.span), hint, diagnostics)
     return _place(env, node, hint, diagnostics)
 
@@ -378,27 +382,37 @@ def _counted(
     env: Environment, name: str, args: tuple[Value, ...], span: Span, diagnostics: Diagnostics
 ) -> Apply | None:
     """Bit strings that an operator takes for unsigned numbers, as other editors do: among themselves and with
-    literals the result is a bit string of the largest size, with other numbers it is a number. None when it is
-    something else that does not fit."""
+    literals the result is a bit string of the largest size, with other numbers it is a number, as values of
+    an enumeration are. None when it is something else that does not fit."""
     if name not in _COUNTING or any(type(a) is AnyEnum for a in args):
         return None
     numbers = []
-    largest, mixed = None, False
+    largest, enum, mixed = None, None, False
     for arg in args:
-        own = None if type(arg) in _UNDECIDED or isinstance(arg.type, Enum) else unsigned(arg.type)
+        if type(arg) is not Untyped and isinstance(arg.type, Enum):
+            if enum is not None and arg.type != enum:
+                return None
+            enum, mixed = arg.type, True
+            numbers.append(converted(arg, enum, counting(enum), arg.span))
+            continue
+        own = None if type(arg) is Untyped else unsigned(arg.type)
         if own is None:
-            mixed |= type(arg) not in _UNDECIDED
+            mixed |= type(arg) is not Untyped
             numbers.append(arg)
             continue
         number = as_number(arg, own)
         if largest is None or own.bits > unsigned(largest).bits:
             largest = storage(arg.type)
         numbers.append(number)
-    if largest is None or isinstance(resolve(name, tuple(numbers)), str):
+    if largest is None and enum is None or isinstance(resolve(name, tuple(numbers)), str):
         return None
     found = apply(env, name, tuple(numbers), span, diagnostics)
     if found is None:
         return None
+    if enum is not None:
+        findings.enumerated(diagnostics, span, enum, counting(enum))
+    if largest is None:
+        return found
     findings.counted(diagnostics, span, largest, unsigned(largest))
     back = not mixed and found.type is unsigned(largest)
     return as_number(found, largest) if back else found

@@ -36,7 +36,7 @@ def integer(env: Environment, node: ast.Expr, diagnostics: Diagnostics, what: st
     found = scalar(env, node, None, diagnostics, what)
     if found is None:
         return None
-    base = storage(found.type)
+    base = storage(found.type)  # of a value of an enumeration its number, as other editors take it
     if not isinstance(base, Elementary) or base.kind not in ("int", "uint"):
         findings.bad_bounds(diagnostics, node.span, f"{what} must be an integer",
                             f"this is {described(found.type)}")

@@ -10,7 +10,7 @@ from ldc.model import call_findings, declaration_findings, expressions, parts
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
-from ldc.model.values import AnyEnum, Untyped, settle
+from ldc.model.values import AnyEnum, Untyped, as_index, settle
 from ldc.parser import ast
 from ldc.source import Span
 from ldc.symbols import Location, Variable
@@ -25,6 +25,7 @@ from ldc.types import (
     WORD,
     Array,
     Elementary,
+    Enum,
     Instance,
     Struct,
     Subrange,
@@ -232,6 +233,11 @@ def _one_index(
         return settle(found, None, diagnostics)
     if type(found) is Untyped:
         found = Const(found.value, DINT if isinstance(found.value, int) else REAL, node.span)
+    number = as_index(found)
+    if number is not None:
+        (findings.enumerated if isinstance(found.type, Enum) else findings.counted)(
+            diagnostics, node.span, found.type, number.type)
+        found = number
     type_ = found.type.base if isinstance(found.type, Subrange) else found.type
     if not isinstance(type_, Elementary) or type_.kind not in ("int", "uint"):
         findings.bad_index(diagnostics, node.span, "an index must be an integer",

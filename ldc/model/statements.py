@@ -12,10 +12,10 @@ from ldc.model import type_findings
 from ldc.model.elements import Block
 from ldc.model.environment import Environment
 from ldc.model.ladder import not_a_condition
-from ldc.model.values import Untyped, coerce, settle
+from ldc.model.values import Untyped, coerce, converted, settle
 from ldc.parser import ast
 from ldc.parser import statements as st
-from ldc.types import BOOL, Elementary, Enum, Instance, Type, storage
+from ldc.types import BOOL, DINT, Elementary, Enum, Instance, Type, storage
 
 _COUNTING = ("int", "uint")
 _CHOOSING = ("int", "uint", "bits")
@@ -183,6 +183,10 @@ class _Typing:
             labels = self._labels(choice, selector.type, taken) if selector is not None else ()
             choices.append(actions.Choice(labels, self.list(choice.body)))
         self._overlaps(taken)
+        if selector is not None and isinstance(selector.type, Enum):
+            known = {number for _, number in selector.type.values}
+            if not known.issuperset(number for low, high, _ in taken for number in (low, high)):
+                selector = converted(selector, selector.type, DINT, selector.span)  # labels that no value has
         otherwise = self.list(node.otherwise.body) if node.otherwise else ()
         return actions.Case(selector, tuple(choices), otherwise, node.span) if selector is not None else None
 

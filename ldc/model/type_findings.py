@@ -141,6 +141,14 @@ def unknown_type_prefix(diagnostics: Diagnostics, span: Span, name: str) -> None
                       help=f"declare it, `TYPE {name} : (value, value); END_TYPE`, or correct the name")
 
 
+def enumerated(diagnostics: Diagnostics, span: Span, type_: Type, wanted: Type) -> None:
+    """A value of an enumeration is taken for a number, or the other way round."""
+    back = isinstance(wanted, Enum)
+    diagnostics.warning("LD0241", f"{described(type_)} counts as {described(wanted)} here", span, "converted",
+                        help="IEC 61131-3 has no such conversion, other editors make it: "
+                             + ("name one of its values" if back else f"`TO_{wanted}(...)` says it"))
+
+
 def counted(diagnostics: Diagnostics, span: Span, type_: Type, number: Type) -> None:
     """A bit string is taken for a number, or the other way round."""
     diagnostics.warning("LD0240", f"{type_} counts as {number} here", span, "converted",

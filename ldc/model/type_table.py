@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
 from ldc.model import declaration_findings as findings
@@ -111,7 +113,7 @@ class TypeTable:
         if value is None:
             return None
         if isinstance(known.type, Enum) and isinstance(node.type, ast.EnumType):
-            changed = Enum(known.type.name, known.type.values, value)
+            changed = replace(known.type, initial=value)
             self._publish(known.type, changed)
             return Known(changed)
         return Known(known.type, value, known.size, known.depth)
@@ -270,24 +272,25 @@ class TypeTable:
                 return None
             values.append((value, following))
             following += 1
-        if not self._in_base(env, node, values):
+        base = self._base(env, node, values)
+        if base is None and node.base is not None:
             return None
-        type_ = Enum(name, tuple(values), values[0][1])
+        type_ = Enum(name, tuple(values), values[0][1], base)
         self._publish(None, type_)
         return Known(type_)
 
-    def _in_base(self, env: Environment, node: ast.EnumType, values: list[tuple[str, int]]) -> bool:
-        """Whether the type that is written beside the values can hold them all."""
+    def _base(self, env: Environment, node: ast.EnumType, values: list[tuple[str, int]]) -> Elementary | None:
+        """The type that is written beside the values, which has to hold them all."""
         if node.base is None:
-            return True
+            return None
         known = self._reference(env, ast.NamedType(node.base, None, node.span))
         if known is None:
-            return False
+            return None
         base = storage(known.type)
         if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
             findings.bad_bounds(self._diagnostics, node.span,
                                 f"an enumeration of {known.type} is not possible", "only integers and bit strings have such", "take an integer type")
-            return False
+            return None
         least, greatest = base.range
         for name, number in values:
             if not least <= number <= greatest:
@@ -295,8 +298,8 @@ class TypeTable:
                                     f"`{name}` is {number}, which {base} does not hold",
                                     f"{base} has {least} to {greatest}",
                                     "choose another number or a larger type")
-                return False
-        return True
+                return None
+        return base
 
     def _publish(self, old: Enum | None, new: Enum) -> None:
         """Make the values of an enumeration known by their bare names."""

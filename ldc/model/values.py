@@ -105,6 +105,9 @@ def settle(
     if type_ is None:
         type_ = natural(number)
     base = storage(type_)
+    if isinstance(type_, Enum) and isinstance(number, int) and fits(number, DINT):
+        findings.enumerated(diagnostics, span, natural(number), type_)
+        return Const(number, type_ if any(number == known for _, known in type_.values) else DINT, span)
     kind = base.kind if isinstance(base, Elementary) and not isinstance(type_, Enum) else ""
     if kind == "real":
         try:
@@ -215,6 +218,10 @@ def coerce(
     if counted is not None:
         findings.counted(diagnostics, span, got, wanted)
         return counted
+    counted = enumerated(value, wanted)
+    if counted is not None:
+        findings.enumerated(diagnostics, span, got, wanted)
+        return counted
     findings.mismatch(diagnostics, span, wanted, got, what)
     return None
 
@@ -247,6 +254,45 @@ def as_number(value: Expr, wanted: Type) -> Expr | None:
         return None
     number = value if source is there else converted(value, source, there, value.span)
     return converted(number, there, target, value.span)
+
+
+def counting(type_: Enum) -> Elementary:
+    """The number that a value of an enumeration counts as where the context does not tell: the type that is
+    written behind the values, INT, or DINT when INT does not hold them all."""
+    if type_.base is not None:
+        return unsigned(type_.base) or type_.base
+    least, greatest = INT.range
+    return INT if all(least <= number <= greatest for _, number in type_.values) else DINT
+
+
+def enumerated(value: Expr, wanted: Type) -> Expr | None:
+    """A value of an enumeration as a number that holds all its values; or a number as a value of one, which is
+    stored as DINT. None when it does not fit, or when neither or both are enumerations."""
+    source, target = value.type, storage(wanted)
+    if isinstance(wanted, Enum) == isinstance(source, Enum):
+        return None
+    if isinstance(wanted, Enum):
+        base = storage(source)
+        if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
+            return None
+        return value if base is DINT else converted(value, base, DINT, value.span) if functions.widens(
+            base, DINT) else as_number(value, DINT)
+    if not isinstance(target, Elementary) or target.kind not in ("int", "uint", "bits"):
+        return None
+    least, greatest = target.range
+    if not all(least <= number <= greatest for _, number in source.values):
+        return None
+    through = unsigned(target) or target
+    number = converted(value, source, through, value.span)
+    return number if through is target else converted(number, through, target, value.span)
+
+
+def as_index(value: Expr) -> Expr | None:
+    """A value of an enumeration or a bit string as the number that counts elements; None of others."""
+    if isinstance(value.type, Enum):
+        return converted(value, value.type, counting(value.type), value.span)
+    own = unsigned(value.type)
+    return None if own is None else as_number(value, own)
 
 
 def const_fits(value: Scalar, type_: Type) -> bool:
