@@ -48,6 +48,20 @@ def test_jumps_and_labels() -> None:
     ]
 
 
+def test_a_label_does_not_change_the_result() -> None:
+    """What every way to the label leaves goes on behind it, by a temporary."""
+    assert code("LD a\nJMPC no\nLD i\nADD 1\nJMP out\nno: LD most\nout:\nST d\nST i") == [
+        "LD BOOL a", "JMPC BOOL no", "LD INT i", "ADD INT 1", "ST INT _ldc_x_1", "JMP BOOL out", "no:",
+        "LD INT most", "ST INT _ldc_x_1", "out:", "LD INT _ldc_x_1", "ST INT _ldc_x_2", "FN DINT INT_TO_DINT",
+        "ST DINT d", "LD INT _ldc_x_2", "ST INT i"]
+    assert code("LD a\nJMPC l\nNOT\nl: AND b\nST c") == [
+        "LD BOOL a", "ST BOOL _ldc_x_1", "JMPC BOOL l", "NOT BOOL", "ST BOOL _ldc_x_1", "l:",
+        "LD BOOL _ldc_x_1", "AND BOOL b", "ST BOOL c"]
+    assert code("LD i\nl: ADD 1\nST i\nLD i\nJMP l")[:4] == [
+        "LD INT i", "ST INT _ldc_x_1", "l:", "LD INT _ldc_x_1"]
+    assert code("LD a\nl: LD b\nST c") == ["LD BOOL a", "l:", "LD BOOL b", "ST BOOL c"]
+
+
 @pytest.mark.parametrize("call, expected", [
     ("CAL delay", ["CAL TON delay"]),
     ("CAL timers[1]", ["CAL TON timers[1]"]),
@@ -186,7 +200,11 @@ def test_a_mark_does_not_part_what_belongs_together() -> None:
     ("x1:\nX1:\nLD a", "LD0706", "X1"),
     ("ST a", "LD0707", "ST a"),
     ("CAL delay\nST a", "LD0707", "ST a"),
-    ("LD a\nover: ANDN b\nST c", "LD0707", "ANDN b"),
+    ("JMP over\nover: ANDN b\nST c", "LD0707", "ANDN b"),
+    ("LD a\nCAL delay\nover: ANDN b\nST c", "LD0707", "ANDN b"),
+    ("LD a\nJMPC l\nCAL delay\nl: ST b", "LD0707", "ST b"),
+    ("LD i\nl: ADD 1\nST i\nCAL delay\nJMP l", "LD0707", "JMP l"),
+    ("LD i\nJMP l\nLD x\nl: ST x", "LD0708", "l"),
     ("LD a\nAND(\n)\nST b", "LD0707", ")"),
     ("LD a\nADD i", "LD0708", "ADD i"),
     ("LD a\nADD b", "LD0708", "ADD b"),

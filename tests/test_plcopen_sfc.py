@@ -123,6 +123,18 @@ def test_a_choice_goes_from_left_to_right_or_by_priority() -> None:
     assert trace(ranked, "A.X B.X C.X", **given) == ["10110", "01001", "00000"]
 
 
+def test_a_branch_that_ends_with_a_jump_joins_nothing() -> None:
+    """CODESYS wires the jump to the convergence below it."""
+    text = chart(
+        step(1, "A", None, True), joint(2, "selectionDivergence", 1), way(3, 2, named("go")),
+        way(4, 2, named("x")), step(5, "B", 3), way(6, 5, named("back")), jump(7, "A", 6), step(8, "C", 4),
+        way(9, 8, named("back")), joint(10, "selectionConvergence", 7, 9), step(11, "D", 10),
+        way(12, 11, named("y")), jump(13, "A", 12))
+    given = {"go": "01000000", "x": "00010000", "back": "00101000", "y": "00000010"}
+    assert trace(text, "A.X B.X C.X D.X", **given) == ["10100011", "01000000", "00010000", "00001100"]
+    assert codes(text) == []
+
+
 def test_simultaneous_sequences() -> None:
     text = chart(
         step(1, "A", 12, True), way(2, 1, named("go")), joint(3, "simultaneousDivergence", 2),

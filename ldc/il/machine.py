@@ -24,7 +24,8 @@ _FRESH = frozenset(("", "LD", "LDN", "JMP", "CAL", "RET", "RETURN"))
 
 class Machine:
     """State while one body is read. ``at`` is the span of the instruction that is being read, ``next``
-    the line after it; ``forgiven``: closing parentheses to come whose opening was given up."""
+    the line after it; ``wanting``: labels (in capitals) over which the result is carried; ``forgiven``:
+    closing parentheses to come whose opening was given up."""
 
     def __init__(self, pou: Pou, scope, diagnostics: Diagnostics) -> None:
         self.pou, self.scope, self.diagnostics = pou, scope, diagnostics
@@ -39,6 +40,7 @@ class Machine:
         self.temps: list[Variable] = []
         self.spelled: set[str] = set()
         self.next: Line | None = None
+        self.wanting: set[str] = set()
         self.at: Span | None = None
 
     def span_of(self, start: int, end: int) -> Span:
@@ -128,8 +130,8 @@ class Machine:
     def needed_after(self) -> bool:
         """Whether the next instruction may use what is in the accumulator now."""
         line = self.next
-        return line is not None and not line.label and line.op not in _FRESH and not (
-            line.paren and line.arguments >= 0)
+        return line is not None and works_on_result(line) and (
+            not line.label or line.label.upper() in self.wanting)
 
     # -- types
 
@@ -206,6 +208,11 @@ class Machine:
 
     def never_closed(self, span: Span) -> None:
         findings.unbalanced(self.diagnostics, span, "never closed", "add the missing `)`")
+
+
+def works_on_result(line: Line) -> bool:
+    """Whether the instruction needs what was in the accumulator before it."""
+    return line.op not in _FRESH and not (line.paren and line.arguments >= 0)
 
 
 def copied(type_: Type) -> bool:

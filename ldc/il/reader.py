@@ -8,6 +8,7 @@ from dataclasses import replace
 from ldc.diagnostics import Diagnostics
 from ldc.il import calls, findings, function_calls, operators
 from ldc.il.accumulator import POISON
+from ldc.il.carried import Carried, wanting
 from ldc.il.machine import Machine, copied
 from ldc.il.program import Unit
 from ldc.il.scan import DEFERRED, Line, Mark
@@ -43,11 +44,14 @@ class Reader(Machine):
         super().__init__(pou, scope, diagnostics)
         self.labels: dict[str, tuple[str, Span]] = {}
         self.jumps: list[tuple[int, Span]] = []
+        self.carried = Carried(set())
 
     def unit(self) -> Unit:
         lines = list(self.scanner.lines())
         marks = list(reversed(self.scanner.marks))
         self.spelled = {line.label.upper() for line in lines if line.label}
+        self.wanting = wanting(lines)
+        self.carried = Carried(self.wanting)
         for line, self.next in zip(lines, [*lines[1:], None]):
             while marks and marks[-1].at < (line.label_start if line.label else line.op_start):
                 self._mark(marks.pop())
@@ -126,8 +130,11 @@ class Reader(Machine):
             findings.duplicate_label(self.diagnostics, span, line.label, known[1])
         else:
             self.labels[line.label.upper()] = line.label, span
+        kept = self.carried.arrive(self, line.label)
         self.emit("LABEL", name=line.label)
         self.define(None)
+        if kept is not None:
+            self.load("LD", kept)
 
     def _load(self, line: Line) -> None:
         if not self.operand(line):
@@ -163,6 +170,7 @@ class Reader(Machine):
         if self.outside(f"`{line.op}`") and self.operand(line, "a label"):
             if line.op == "JMP" or self.condition(line.op):
                 span = self.span_of(line.start, line.end)
+                self.carried.leave(self, span.text, line.op, span.text.upper() in self.labels)
                 self.jumps.append((len(self.code), span))
                 self.emit(line.op, name=span.text)
         if line.op == "JMP":

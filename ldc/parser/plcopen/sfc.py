@@ -145,7 +145,8 @@ class ChartReader:
 
     def _above(self, node: Node) -> Iterator[Node]:
         """Steps and transitions above an element, from left to right. Several above a transition wait for
-        each other, so a choice may only be joined above a step."""
+        each other, so a choice may only be joined above a step. A branch of a choice that ends with a jump
+        joins nothing, though CODESYS wires the jump to the convergence."""
         seen: set[int] = set()
         work = list(self._wires(node))[::-1]
         while work:
@@ -157,6 +158,8 @@ class ChartReader:
                 yield above
                 continue
             joined = list(self._wires(above))
+            if above.tag == "selectionConvergence":
+                joined = [wired for wired in joined if wired.tag != "jumpStep"]
             if above.tag == "selectionConvergence" and node.tag == "transition" and len(joined) > 1:
                 self._wrong(node, above, "a step")
                 continue
