@@ -295,7 +295,7 @@ class _Lowering:
         again, end = emit.label(), emit.label()
         loop = _Loop(end, lambda: self._count(action, stop, step, again, end), True)
         emit.put("LABEL", name=again)
-        emit.value(self._past(Load(place), stop, step, action.down))
+        emit.value(self._past(_as(Load(place), storage(stop.type)), stop, step, action.down))
         emit.put("JMPC", name=end)
         self._inside(loop, action.body)
         emit.span = action.span
@@ -320,12 +320,13 @@ class _Lowering:
     def _count(self, action: actions.For, stop: Const | Load, step: Const | Load, again: str,
                end: str) -> None:
         emit, place = self.emit, action.place
-        now, base = Load(place), storage(action.place.type)
+        base = action.number
+        now = _as(Load(place), base)
         following = Apply("SUB" if action.down else "ADD", (now, step), base)
         if action.free and isinstance(stop, Const) and isinstance(step, Const):
             furthest = stop.value - step.value if action.down else stop.value + step.value
             if base.range[0] <= furthest <= base.range[1]:
-                emit.value(following)
+                emit.value(_as(following, storage(place.type)))
                 emit.store(place)
                 emit.put("JMP", name=again)
                 return
@@ -335,7 +336,7 @@ class _Lowering:
         emit.store(made)
         emit.value(self._past(now, Load(made), step, action.down))
         emit.put("JMPC", name=end)
-        emit.value(Load(made))
+        emit.value(_as(Load(made), storage(place.type)))
         emit.store(place)
         emit.put("JMP", name=again)
         emit.release(mark)
@@ -344,6 +345,12 @@ class _Lowering:
         self.loops.append(loop)
         self.body(body)
         self.loops.pop()
+
+
+def _as(value: Load | Apply, wanted: Elementary) -> Value:
+    """A number in another integer type that holds it."""
+    source = storage(value.type)
+    return value if source is wanted else Apply(functions.conversion(source, wanted), (value,), wanted)
 
 
 def _chosen(selector: Value, choice: actions.Choice) -> Value:

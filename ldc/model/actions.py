@@ -6,6 +6,7 @@ from ldc.expr import Expr, Place
 from ldc.model.elements import Block
 from ldc.records import record
 from ldc.source import Span
+from ldc.types import Elementary
 
 
 @record
@@ -56,7 +57,8 @@ class Case:
 
 @record
 class For:
-    """``start``, ``stop`` and ``step`` are of the variable's integer type; a constant ``step`` is not 0.
+    """``start`` is of the variable's type, ``step`` of the integer type ``number`` that it counts as, ``stop`` of
+    that or a wider one; a constant ``step`` is not 0.
     ``down``: the step is the amount that is subtracted (of an unsigned variable). ``free``: the body
     cannot change the variable."""
 
@@ -64,6 +66,7 @@ class For:
     start: Expr
     stop: Expr
     step: Expr
+    number: Elementary
     down: bool
     free: bool
     body: tuple[Action, ...]

@@ -9,7 +9,7 @@ from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import functions
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
-from ldc.model import expressions, places, type_findings, wiring
+from ldc.model import bytes_of, expressions, places, type_findings, wiring
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Value
@@ -21,7 +21,6 @@ from ldc.types import DINT, Array, Instance, Type, is_scalar
 
 _INSTEAD = dict.fromkeys(("ADR", "REF", "__NEW", "__DELETE"),
                          "pointers are not supported: pass the variable by VAR_IN_OUT, or name it")
-_INSTEAD["SIZEOF"] = "where a variable lies and how many bytes it takes is not told; write the number"
 _BOUNDS = {"LOWER_BOUND": 0, "UPPER_BOUND": 1}
 
 
@@ -58,6 +57,8 @@ def call(env: Environment, node: ast.Call, hint: Type | None, diagnostics: Diagn
         return None
     if key in _BOUNDS and len(node.arguments) == 2:
         return _bound(env, node, key, diagnostics)
+    if key == "SIZEOF" and len(node.arguments) == 1 and node.arguments[0].name is None:
+        return bytes_of.size(env, node, diagnostics)
     function = standard_function(key)
     if function is None:
         unknown_function(env, node.name, node.span, diagnostics)

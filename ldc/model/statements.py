@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Const, Expr, IndexStep, Place
+from ldc.expr import Apply, Const, Expr, IndexStep, Load, Place
+from ldc.library import functions
 from ldc.model import action_calls, actions, enabling, expressions, ladder_blocks, parts, places
 from ldc.model import statement_findings as findings
 from ldc.model import type_findings
 from ldc.model.elements import Block
 from ldc.model.environment import Environment
 from ldc.model.ladder import not_a_condition
-from ldc.model.values import Untyped, coerce, converted, settle
+from ldc.model.values import Untyped, coerce, converted, settle, unsigned
 from ldc.parser import ast
 from ldc.parser import statements as st
 from ldc.types import BOOL, DINT, Elementary, Enum, Instance, Type, storage
@@ -242,9 +243,10 @@ class _Typing:
             self.list(node.body)
             return None
         head, base = node.head, storage(place.type)
+        number = unsigned(base) or base
         start = expressions.expression(self.env, head.start, base, self.diagnostics, "the start")
-        stop = expressions.expression(self.env, head.stop, base, self.diagnostics, "the end")
-        step, down = self._step(head, base)
+        stop = self._stop(head, number)
+        step, down = self._step(head, number)
         outer, self.written = self.written, set()
         taken = len(self.env.taken)
         self.counting.append((place, head))
@@ -257,7 +259,7 @@ class _Typing:
         self.written |= outer
         if start is None or stop is None or step is None:
             return None
-        return actions.For(place, start, stop, step, down, free, inner, node.span)
+        return actions.For(place, start, stop, step, number, down, free, inner, node.span)
 
     def _counter(self, head: st.ForHead | None) -> Place | None:
         if head is None:
@@ -266,10 +268,10 @@ class _Typing:
         if place is None:
             return None
         base = storage(place.type)
-        if not isinstance(base, Elementary) or base.kind not in _COUNTING or isinstance(place.type, Enum):
+        if not isinstance(base, Elementary) or base.kind not in _CHOOSING or isinstance(place.type, Enum):
             findings.bad_variable(self.diagnostics, head.variable.span,
                                   f"this is {type_findings.described(place.type)}",
-                                  "use a variable of an integer type")
+                                  "use a variable of an integer type or a bit string")
             return None
         if any(isinstance(s, IndexStep) and not all(isinstance(i, Const) for i in s.indexes)
                for s in place.steps):
@@ -278,6 +280,16 @@ class _Typing:
             return None
         self._wrote(place)
         return place
+
+    def _stop(self, head: st.ForHead, number: Elementary) -> Expr | None:
+        """The end of the loop, in the type that the variable counts as, or in one that holds both."""
+        found = expressions.value(self.env, head.stop, number, self.diagnostics)
+        if found is None:
+            return None
+        own = found.type if type(found) in (Const, Load, Apply) and not isinstance(found.type, Enum) else number
+        own = unsigned(own) or storage(own)
+        wide = functions.common((number, own)) if isinstance(own, Elementary) and own.kind in _COUNTING else None
+        return coerce(found, wide or number, self.diagnostics, head.stop.span, "the end")
 
     def _step(self, head: st.ForHead, base: Elementary) -> tuple[Expr | None, bool]:
         """The step and whether it is subtracted: an unsigned variable may count down by a constant."""
