@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from ldc.patterns import Pattern
+
+ROOT = Path(__file__).resolve().parent.parent
+_POSSESSIVE_GROUP = re.compile(r"\)(?:[*+?]|\{[0-9,]*\})\+")
 
 
 def test_it_does_what_a_compiled_expression_does() -> None:
@@ -27,3 +31,13 @@ def test_it_is_compiled_when_it_is_used() -> None:
 def test_what_an_expression_has_not_it_has_not() -> None:
     with pytest.raises(AttributeError, match="matches"):
         Pattern("a").matches
+
+
+def test_no_group_is_repeated_possessively() -> None:
+    """Before CPython 3.11.5, Debian 12's among them, `(?:ab?c)*+` matches "a" (gh-106052); `(?>(?:ab?c)*)` means
+    what it says."""
+    found = [f"{path.relative_to(ROOT)}:{number}" for package in ("ldc", "runtime")
+             for path in sorted((ROOT / package).rglob("*.py"))
+             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+             if _POSSESSIVE_GROUP.search(line)]
+    assert not found

@@ -43,8 +43,8 @@ _BOUNDARIES = frozenset(
 _WITH_LINES = frozenset((*SECTIONS, "TYPE", "RESOURCE"))
 _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")
-_STRING = r"'(?:[^'$\n]++|\$[^\n])*+'"
-_TEXT = r'"(?:[^"$\n]++|\$[^\n])*+"'
+_STRING = r"'(?>(?:[^'$\n]++|\$[^\n])*)'"
+_TEXT = r'"(?>(?:[^"$\n]++|\$[^\n])*)"'
 _SCAN = Pattern(
     rf"""
     (?P<SPACE> [ \t\r\n\f\v]+ )
@@ -54,11 +54,11 @@ _SCAN = Pattern(
   | (?P<COMMENT> \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ )
   | (?P<LITERAL>
         (?i: L?REAL )\#[+-]?\d[\d_]*+(?:\.\d[\d_]*+)?(?:[eE][+-]?\d+)?(?!\w|\#)
-      | (?i: L?DATE_AND_TIME | L?DT | L?DATE | L?D )\#\d[\d_]*+(?:[-:.]\d\w*+)*+
-      | [A-Za-z_]\w*\#(?: [+-]?\d\w*+(?:[.:\#]\w+)*+ | [A-Za-z_]\w*+ | {_STRING} | {_TEXT} ) )
+      | (?i: L?DATE_AND_TIME | L?DT | L?DATE | L?D )\#\d[\d_]*+(?>(?:[-:.]\d\w*+)*)
+      | [A-Za-z_]\w*\#(?: [+-]?\d\w*+(?>(?:[.:\#]\w+)*) | [A-Za-z_]\w*+ | {_STRING} | {_TEXT} ) )
   | (?P<NUMBER> \d[\d_]*+(?: \.\d[\d_]*+(?:[eE][+-]?\d+)? | [eE][+-]?\d+ | \#\w++ )(?!\w) )
   | (?P<INTEGER> \d[\d_]*+(?!\w) )
-  | (?P<DIRECT> %[IQMiqm][XBWDLxbwdl]?\* | %[A-Za-z_]\w*+(?:\.\d+)*+ )
+  | (?P<DIRECT> %[IQMiqm][XBWDLxbwdl]?\* | %[A-Za-z_]\w*+(?>(?:\.\d+)*) )
   | (?P<STRING> {_STRING} )
   | (?P<TEXT> {_TEXT} )
   | (?P<BAD>   (?:\(\*|/\*)(?s:.*) | ['"][^\n]* | \d[\w\#]* | [A-Za-z_]\w*\#[^\s;,()\[\]{{}}]*
@@ -73,10 +73,8 @@ _PRAGMA = re.compile(
         (?:[^{}'"]|'[^'\n]*'|"[^"\n]*")*\}""", re.VERBOSE | re.IGNORECASE)
 """What an editor or a compiler may do without."""
 _WORDS = "|".join(sorted(_BOUNDARIES))
-_TO_BOUNDARY = Pattern(
-    rf"""(?: [^\w('"/]++ | (?!(?:{_WORDS})\b) \w++ | \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/
-         | {_STRING} | {_TEXT}
-         | [^\w] )*+""",
+_BOUNDARY = Pattern(
+    rf"""\(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ | {_STRING} | {_TEXT} | \b(?P<word>{_WORDS})\b""",
     re.VERBOSE | re.ASCII | re.IGNORECASE,
 )
 
@@ -201,4 +199,5 @@ def _limit(types: list[str]) -> int:
 
 def _boundary(text: str, start: int, end: int) -> int:
     """The start of the next word that begins or ends a unit, or the end."""
-    return _TO_BOUNDARY.match(text, start, end).end()
+    found = _BOUNDARY.finditer(text, start, end)
+    return next((match.start() for match in found if match["word"]), end)

@@ -17,7 +17,7 @@ from ldc.parser.literals import literal as iec_literal
 from ldc.source import Span
 
 MAX_DEPTH, _MAX_ALIASES = 100, 8
-BLANK = r"\s*+(?:(?:\(\*(?s:.*?)\*\)|/\*(?s:.*?)\*/|//[^\n]*|\#(?:end)?region[^\n]*)\s*+)*+"
+BLANK = r"\s*+(?>(?:(?:\(\*(?s:.*?)\*\)|/\*(?s:.*?)\*/|//[^\n]*|\#(?:end)?region[^\n]*)\s*+)*)"
 """What stands between tokens: space, and in Structured Text comments."""
 _TOKEN = re.compile(BLANK + r"""(?:
     (?P<number>(?:2|8|16)\#[0-9A-Fa-f_]+ | (?:\d[\d_]*(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][+-]?\d+)?)

@@ -12,7 +12,7 @@ from ldc.source import SourceFile
 __all__ = ["is_list", "read", "settled"]
 
 _FIRST = re.compile(
-    r"""(?:\s++|;[^\n]*|//[^\n]*|\(\*(?s:.*?)\*\))*+(?:\d+[ \t]+)?
+    r"""(?>(?:\s++|;[^\n]*|//[^\n]*|\(\*(?s:.*?)\*\))*)(?:\d+[ \t]+)?
         (?:(?:LD|LDI|LDP|LDF)[ \t]+(?:[XYB][0-9A-F]+|(?:[MTCLF]|S[MT]?)\d+|[DW]\d+\.[0-9A-F])
             [ \t]*(?:[;/(\n]|\Z)
             | LDD?[<>=]{1,2}[ \t]

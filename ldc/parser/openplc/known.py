@@ -13,7 +13,7 @@ DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
 """The JSON of a drawing, behind the declarations of its POU."""
 
 _LATE_ADDRESS = Pattern(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)
-_HEAD = Pattern(r"(?:\s|\(\*(?s:.*?)\*\))*+(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
+_HEAD = Pattern(r"(?>(?:\s++|\(\*(?s:.*?)\*\))*)(?:PROGRAM|FUNCTION|FUNCTION_BLOCK)\s", re.IGNORECASE)
 _OTHER_LANGUAGES = (".py", ".cpp")
 _PLACE = Pattern(r"(?:\A|[\\/])pous[\\/](?:programs|functions|function-blocks)[\\/][^\\/]+\.(?:st|il)\Z",
                  re.IGNORECASE)

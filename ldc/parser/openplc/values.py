@@ -16,7 +16,7 @@ from ldc.source import SourceFile, Span
 MAX_VALUES, MAX_DEPTH = 5_000_000, 100
 _UNUSED = frozenset(("handles", "style", "measured", "glbPosition", "relPosition"))
 _TOKEN = re.compile(
-    r"""[ \t\r\n]*+(?:([{}\[\]:,])|("(?:[^"\\\x00-\x1f]|\\.)*+")|(-?\d[\d.eE+-]{0,40})|(true|false|null))""")
+    r"""[ \t\r\n]*+(?:([{}\[\]:,])|("(?>(?:[^"\\\x00-\x1f]|\\.)*)")|(-?\d[\d.eE+-]{0,40})|(true|false|null))""")
 _LONE = re.compile("[\ud800-\udfff]")
 _LINE_ENDS = re.compile("[\r\n\v\f\x1c-\x1e\x85\u2028\u2029]")
 _WORDS = {"true": True, "false": False, "null": None}

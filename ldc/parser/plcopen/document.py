@@ -21,8 +21,8 @@ from ldc.source import SourceFile, Span
 MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
 _TAG = r"""
     <(?: (?:(connection)(?=[ >]) | ([^ \t\n\r/<>!?]++)) {rest} >
-             (?: (?<=/>) | () (?:[ \t\n\r]*+<relPosition[ ]{rest}(?<=/)>)*+
-                 (?(1)(?:[ \t\n\r]*+<position[ ]{rest}(?<=/)>)*+)
+             (?: (?<=/>) | () (?>(?:[ \t\n\r]*+<relPosition[ ]{rest}(?<=/)>)*)
+                 (?(1)(?>(?:[ \t\n\r]*+<position[ ]{rest}(?<=/)>)*))
                  (?: [^<]*+ () </(?(1)connection|\2)[ \t\n\r]*+> )? )
        | (/)[^<>]++>
        | !--.*?(?:-->|\Z) | !\[CDATA\[.*?(?:\]\]>|\Z) | \?.*?(?:\?>|\Z) )"""
@@ -30,7 +30,7 @@ _TAG = r"""
 places of pins, half of a drawing, mean nothing to us and are passed over. ``rest``: behind the name in a tag."""
 _WITHIN = Pattern(r"""=\s*+(?:"[^"<>]*+>|')""")
 """A text in which ``>`` may stand in the value of an attribute: there one has to be read after the other."""
-_ANY_TAG = Pattern(_TAG.format(rest=r"""[^<>"']*+(?:"[^<"]*+"[^<>"']*+|'[^<']*+'[^<>"']*+)*+"""),
+_ANY_TAG = Pattern(_TAG.format(rest=r"""[^<>"']*+(?>(?:"[^<"]*+"[^<>"']*+|'[^<']*+'[^<>"']*+)*)"""),
                    re.DOTALL | re.VERBOSE)
 _USUAL_TAG = Pattern(_TAG.format(rest="[^<>]*+"), re.DOTALL | re.VERBOSE)
 _WIRE, _NAMED, _OPEN, _LEAF, _END = 1, 2, 3, 4, 5

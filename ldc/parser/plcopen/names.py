@@ -39,7 +39,7 @@ _WORDS = Pattern(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTE = r"""(?:'|"|&apos;|&quot;|&\#39;|&\#34;)"""
 _CODE = Pattern(rf"""
     \(\* (?: .*?\*\) | .* ) | //[^\r\n]*
-  | (?P<quote>{_QUOTE}) (?: \$[^\n] | (?!(?P=quote))[^$\n] )*+ (?P=quote)
+  | (?P<quote>{_QUOTE}) (?>(?: \$[^\n] | [^$\n'"&]++ | (?!(?P=quote))[^$\n] )*) (?P=quote)
   | </?[\w:.-]+(?:\s+[\w:.-]+\s*=\s*(?:"[^"]*"|'[^']*'))*\s*/?> | &[#\w]+; | <!\[CDATA\[
   | (?P<word> (?<![\w.\#%])[A-Za-z_]\w*+(?!\#) ) | [.\#]\s*(?P<member>[A-Za-z_]\w*)""",
                    re.ASCII | re.DOTALL | re.VERBOSE)

@@ -11,17 +11,17 @@ import re
 
 from ldc.patterns import Pattern
 
-_WIRES = r"""(?:<connection[ ][^<>]*+
-    (?:(?<=/)>|>\s*+(?:<position[ ][^<>]*+(?<=/)>\s*+)*+</connection>)\s*+)*+"""
+_WIRES = r"""(?>(?:<connection[ ][^<>]*+
+    (?:(?<=/)>|>\s*+(?>(?:<position[ ][^<>]*+(?<=/)>\s*+)*)</connection>)\s*+)*)"""
 _POINT = r"""<connectionPoint{side}(?:[ /][^<>]*+)?(?:(?<=/)>|>\s*+(?:<relPosition[ ][^<>]*+(?<=/)>\s*+)?
     {wires}</connectionPoint{side}>)\s*+"""
 _PLACE = r"\s*+(?:<position[ ]([^<>]*+)(?<=/)>\s*+)?"
-_OUT = f"(?:{_POINT.format(side='Out', wires='')})*+"
+_OUT = f"(?>(?:{_POINT.format(side='Out', wires='')})*)"
 _ELEMENT = Pattern(
     rf"{_PLACE}(?:{_POINT.format(side='In', wires=f'({_WIRES})')})?{_OUT}"
     r"(?:<variable>([^<>&]*+)</variable>\s*+)?</(contact|coil)>", re.VERBOSE)
 _RAIL = Pattern(
-    rf"{_PLACE}()(?:{_POINT.format(side='In', wires=_WIRES)})*+{_OUT}()</(leftPowerRail|rightPowerRail)>",
+    rf"{_PLACE}()(?>(?:{_POINT.format(side='In', wires=_WIRES)})*){_OUT}()</(leftPowerRail|rightPowerRail)>",
     re.VERBOSE)
 _DECLARED = Pattern(
     r"""()()((?!))?\s*+<type>\s*+(?:<derived[ ]name="(?P<derived>[A-Za-z_]\w*+)"/>|(?P<elementary><[A-Z]++/>))
