@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from ldc.parser.plcopen.turns import Place, shown
+from ldc.parser.plcopen.turns import Place, in_loops, shown
 
 _ORDER = "executionOrderId"
 
@@ -16,10 +16,16 @@ _ORDER = "executionOrderId"
 def drop_shown(ladder: Element) -> None:
     """Takes the numbers away if the places of the elements say the same."""
     numbered = {element.get("localId"): element for element in ladder if element.get(_ORDER) is not None}
-    wires = ((wire.get("refLocalId"), id_) for id_, element in numbered.items()
-             for wire in element.iter("connection"))
-    if shown([(id_, element.tag) for id_, element in numbered.items()],
-             {id_: _place(element) for id_, element in numbered.items()}, wires):
+    wires = [(wire.get("refLocalId"), id_) for id_, element in numbered.items()
+             for wire in element.iter("connection")]
+    written = [(id_, element.tag) for id_, element in numbered.items()]
+    by_place = sorted(written, key=lambda entry: _place(numbered[entry[0]]))
+    sources: dict[str, list[str]] = {id_: [] for id_ in numbered}
+    for source, id_ in wires:
+        if source in numbered:
+            sources[id_].append(source)
+    turns = in_loops(dict(by_place), sources)
+    if shown(written, {id_: (turn,) for turn, id_ in enumerate(turns)}, wires):
         for element in numbered.values():
             del element.attrib[_ORDER]
 

@@ -13,6 +13,7 @@ from ldc.parser.plcopen import additional, boxes, findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
+from ldc.parser.plcopen.turns import in_loops
 from ldc.patterns import Pattern
 from ldc.source import Span
 
@@ -123,6 +124,7 @@ class Drawing:
         self.has_rail = any(e.kind == "leftPowerRail" for e in self.elements.values())
         self._connect()
         self.elements = {e.id: e for e in sorted(self.elements.values(), key=attrgetter("order"))}
+        self._turns_in_loops()
 
     def _element(self, node: Node, index: int) -> None:
         id_ = node.get("localId").strip()
@@ -244,6 +246,20 @@ class Drawing:
         sources = [self.elements.get(id_) for id_, _ in wires]
         return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
+    def _turns_in_loops(self) -> None:
+        """Elements without numbers that are on a loop change their turns (`turns.in_loops`)."""
+        elements = self.elements
+        if not any(id_ and elements[id_].order >= e.order and elements[id_].kind not in VALUES
+                   for e in elements.values() for pin in e.inputs for id_, _ in pin.sources):
+            return
+        free = {e.id: e for e in elements.values() if e.order[0] == 1 and e.kind not in VALUES}
+        sources = {e.id: [id_ for pin in e.inputs for id_ in _as_wired(pin) if id_ in free]
+                   for e in free.values()}
+        turns = in_loops({e.id: e.kind for e in free.values()}, sources)
+        for id_, order in zip(turns, [e.order for e in free.values()]):
+            free[id_].order = order
+        self.elements = {e.id: e for e in sorted(elements.values(), key=attrgetter("order"))}
+
     def _follow(self, named: dict[str, Element]) -> None:
         """Replace continuations by what their connector is wired to, VAR_IN_OUT pins by what feeds them."""
         def behind(output: Output) -> Input | None:
@@ -332,6 +348,13 @@ def is_conditional(block: Element) -> bool:
     """Whether this is a function that is executed only while what is wired to its EN is TRUE."""
     return not block.node.get("instanceName").strip() and any(
         pin.name.upper() == "EN" and pin.sources and RAIL not in pin.sources for pin in block.inputs)
+
+
+def _as_wired(pin: Input) -> list[str]:
+    """The elements that an input is wired to, in the order of its wires."""
+    found = {id_ for id_, _ in pin.sources}
+    wired = [id_ for id_, _ in pin.node.wires() if id_ in found]
+    return wired + sorted(found.difference(wired))
 
 
 def _written(node: Node) -> bool:

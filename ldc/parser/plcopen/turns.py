@@ -1,6 +1,7 @@
 """Whether the places of elements alone show in which order they are evaluated (docs/plcopen.md).
 
-Elements follow each other by their places (or numbers), each behind what feeds it, network by network.
+Elements follow each other by their places (or numbers), each behind what feeds it, network by network. Which of
+a loop begins is found by going back from what is written, as the generator of Beremiz and OpenPLC does.
 """
 
 from __future__ import annotations
@@ -31,6 +32,55 @@ def shown(written: Sequence[tuple[str, str]], places: Mapping[str, Place], wires
     networks = sorted(nx.weakly_connected_components(graph), key=lambda ids: min(map(by_place.get, ids)))
     drawn = chain.from_iterable(_fed_first(graph.subgraph(network), by_place) for network in networks)
     return list(_bare(_fed_first(graph, as_written), kinds)) == list(_bare(drawn, kinds))
+
+
+WRITES = ("coil", "outVariable", "inOutVariable")
+"""What ways back begin at."""
+
+
+def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -> list[str]:
+    """The elements, given in the order of their places, in that of their turns: those on a loop change places
+    among each other. What a way back comes to first is the last of its loop."""
+    turns = list(kinds)
+    back, meets_itself = _backwards(kinds, sources)
+    if not meets_itself:
+        return turns
+    import networkx as nx  # few files need it
+
+    number = {id_: at for at, id_ in enumerate(back)}
+    graph = nx.DiGraph((source, id_) for id_, found in sources.items() for source in found)
+    for loop in nx.strongly_connected_components(graph):
+        places = [at for at, id_ in enumerate(kinds) if id_ in loop]
+        for at, id_ in zip(places, sorted(loop, key=number.__getitem__)):
+            turns[at] = id_
+    return turns
+
+
+def _backwards(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -> tuple[list[str], bool]:
+    """All elements, each behind its sources, but for those from which the way came; and whether there are
+    such."""
+    done: list[str] = []
+    begun: set[str] = set()
+    on_way: set[str] = set()
+    meets_itself = False
+    for start in sorted(kinds, key=lambda id_: (kinds[id_] not in WRITES, kinds[id_] != "block")):
+        way = [] if start in begun else [(start, iter(sources.get(start, ())))]
+        begun.add(start)
+        on_way.add(start)
+        while way:
+            id_, rest = way[-1]
+            following = next(rest, None)
+            if following is None:
+                way.pop()
+                on_way.discard(id_)
+                done.append(id_)
+            elif following not in begun:
+                begun.add(following)
+                on_way.add(following)
+                way.append((following, iter(sources.get(following, ()))))
+            else:
+                meets_itself |= following in on_way
+    return done, meets_itself
 
 
 def _fed_first(graph: nx.DiGraph, turns: Mapping[str, int]) -> Iterable[str]:
