@@ -10,6 +10,7 @@ import stat
 import struct
 import threading
 import time
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,7 +27,7 @@ from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import find_sources
 from online_programs import compiled, loaded
 from online_runtime import private, running, wait_until
-from runtime.online import wire
+from runtime.online import loading, server, wire
 from runtime.online.audit import Audit
 from runtime.online.controller import Controller
 from runtime.online.server import Busy, Server
@@ -266,6 +267,25 @@ def test_a_runtime_that_ends_while_it_is_asked_is_told(tmp_path: Path) -> None:
         thread.join()
     found, = refused.value.diagnostics
     assert found.code == "LD0828" and found.message.endswith("it ended before it answered")
+
+
+def test_a_refused_program_leaves_nothing_in_memory(runtime, monkeypatch) -> None:
+    """Staging is made undisturbed by the collector of garbage, which never finds what is left of it then."""
+    made: list[weakref.ref] = []
+
+    def load(*arguments):
+        found = loading.load(*arguments)
+        made.append(weakref.ref(found.machine.code.bodies[0]))
+        return found
+
+    monkeypatch.setattr(server, "load", load)
+    base = runtime.controller.running.digest
+    for text, code in ((TEXT.replace("n, z : INT", "n : INT; z : DINT"), "LD0820"), (OTHER, None), (OTHER, "LD0824")):
+        assert codes(runtime.ask(change(text, base))) == ([code] if code else [])
+        if code is None:
+            runtime.ask(Act(action="test", owner="me"))
+            base = runtime.controller.running.digest
+        wait_until(lambda: [ref() is None for ref in made] == [True, False, True][: len(made)])
 
 
 def test_what_a_swap_took_is_in_its_answer(runtime) -> None:

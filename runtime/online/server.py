@@ -12,8 +12,9 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -86,7 +87,7 @@ class Server:
             try:
                 future.set_result(job())
             except Invalid as error:
-                future.set_exception(error)
+                future.set_exception(error.with_traceback(None))  # its frames hold the future
             if controller.swaps != swaps:
                 self._pause = time.perf_counter_ns() - begin
         return controller.swaps != before
@@ -159,7 +160,10 @@ class Server:
         self._jobs.put((future, job))
         if self._ended.is_set():
             future.cancel()
-        return future.result()
+        try:
+            return future.result()
+        finally:
+            del future  # which holds what it raises, whose frames would hold it
 
     def _stage(self, request: Stage) -> Answer:
         if not self._loading.acquire(blocking=False):
@@ -170,9 +174,10 @@ class Server:
             old = controller.running
             with undisturbed():
                 new = load(request, old.machine, self.path.parent)
-                staged = prepare(old, new, request.base, request.owner, self._limits)
-                self._expect(new)
-            self._between(lambda: controller.stage(staged))
+                with _closed_unless_taken(new):
+                    staged = prepare(old, new, request.base, request.owner, self._limits)
+                    self._expect(new)
+                    self._between(lambda: controller.stage(staged))
             return self._changes(staged)
         finally:
             self._loading.release()
@@ -226,6 +231,17 @@ class Server:
         plan = staged.plan
         changes = Changes(list(plan.kept), list(plan.initialised), list(plan.dropped))
         return Answer(state=self._between(self._state), changes=changes)
+
+
+@contextmanager
+def _closed_unless_taken(new: Loaded) -> Iterator[None]:
+    """A program that is refused is given up at once: the collector of garbage never comes to what was made
+    undisturbed."""
+    try:
+        yield
+    except BaseException:
+        new.machine.close()
+        raise
 
 
 def _bound(path: Path) -> socket.socket:
