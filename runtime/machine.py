@@ -27,6 +27,11 @@ from runtime.values import coerce, outward
 DEFAULT_TICK = 10_000_000
 
 
+def base_tick(tasks: Iterable[Task]) -> int:
+    """Nanoseconds between two scans when nothing says it: the greatest common divisor of the intervals."""
+    return gcd(*(task.interval for task in tasks if task.interval)) or DEFAULT_TICK
+
+
 @dataclass(slots=True, eq=False)
 class Schedule:
     """One task: when it is due, whether it was stopped. Times in nanoseconds. ``runs``: the numbers of its
@@ -88,7 +93,7 @@ class Machine:
         self._declared = declared_safe(self.program, self.symbols)
         part = self.program.resources[self.resource]
         if self.period_ns is None:
-            self.period_ns = gcd(*(t.interval for t in part.tasks if t.interval)) or DEFAULT_TICK
+            self.period_ns = base_tick(part.tasks)
         if self.period_ns <= 0:
             raise ValueError("the period must be longer than nothing")
         schedules = []

@@ -109,6 +109,9 @@ def test_memory_and_tasks_are_those_of_the_start() -> None:
     first = tasks("TASK t(INTERVAL := T#10ms); TASK u(INTERVAL := T#50ms);")
     assert refusals(first, tasks("TASK t(INTERVAL := T#20ms); TASK u(INTERVAL := T#50ms);")) == ["LD0821"]
     assert refusals(first, tasks("TASK t(INTERVAL := T#10ms);")) == ["LD0821"]
+    for interval in ("4ms", "25ms"):
+        more = f"TASK t(INTERVAL := T#10ms); TASK u(INTERVAL := T#50ms); TASK v(INTERVAL := T#{interval});"
+        assert refusals(first, tasks(more)) == ["LD0821"], "scans come every 10 ms"
     staged(begun(first), tasks("TASK t(INTERVAL := T#10ms); TASK u(INTERVAL := T#50ms); TASK v(INTERVAL := T#5s);"))
 
 

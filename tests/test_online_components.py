@@ -120,6 +120,12 @@ def test_a_component_comes_while_the_program_runs(tmp_path, monkeypatch, capsys)
         assert main(["online", "test"]) == 0
         assert main(["online", "commit"]) == 0
         assert list(Path(tmp_path).glob("*.so")) == []
+        assert main(["pull", "-o", "running"]) == 0
+        assert (tmp_path / "running" / "counter.c").read_text() == BODY
+        assert main(["check", "running"]) == 0
+        (tmp_path / "counter.c").write_text(BODY.replace("% 1000", "% 999"))
+        assert main(["pull", "--check"]) == 1
+        assert "LD0830" in (said := capsys.readouterr().err) and "counter.c" in said
         assert process.poll() is None
 
 

@@ -421,3 +421,23 @@ def test_a_module_that_nothing_starts_gets_no_step(tmp_path: Path) -> None:
     path.write_text(path.read_text() + '[sequence]\nsteps = ["feed"]\n')
     with modules.inserted(find_sources([tmp_path], Diagnostics()), "press", None):
         assert path.read_text().endswith('steps = ["feed"]\n')
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_an_insert_changes_nothing_else_of_the_file(tmp_path: Path, ends: str, mark: bytes) -> None:
+    project(tmp_path, '"feed", "pack"')
+    path = tmp_path / "ldc.toml"
+    before = mark + path.read_text().replace("\n", ends).encode()
+    path.write_bytes(before)
+    with modules.inserted(find_sources([tmp_path], Diagnostics()), "press", "feed"):
+        assert path.read_bytes() == before.replace(b'"feed", ', b'"feed", "press", ')
+
+
+def test_an_insert_that_fails_keeps_what_somebody_else_wrote(tmp_path: Path) -> None:
+    project(tmp_path, '"feed", "pack"')
+    path = tmp_path / "ldc.toml"
+    with pytest.raises(ZeroDivisionError), modules.inserted(find_sources([tmp_path], Diagnostics()), "press", "feed"):
+        path.write_text(path.read_text() + "# another one's\n")
+        1 / 0
+    assert path.read_text().endswith("# another one's\n")

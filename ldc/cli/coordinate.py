@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from math import gcd
 from pathlib import Path
 
 from ldc import pipeline
@@ -24,6 +23,7 @@ from ldc.symbols import Variable
 from ldc.types import BOOL, UDINT, Type, storage
 from runtime import values
 from runtime.layout import lay_out
+from runtime.machine import base_tick
 from runtime.master.frames import TooLong, frames
 from runtime.symbols import Symbols, UnknownSymbol
 
@@ -290,7 +290,7 @@ class _Check:
         """Why the module does not execute in every scan, or nothing. A flag is TRUE for one scan alone."""
         run = next(run for run in self.resource.runs if run.pou == module.name.upper())
         task = next(task for task in self.resource.tasks if task.name == run.task)
-        period = self.manifest.period or gcd(*(t.interval for t in self.resource.tasks if t.interval))
+        period = self.manifest.period or base_tick(self.resource.tasks)
         if task.single is not None:
             return f"task `{task.name}` runs it at the edge of SINGLE"
         if task.interval and task.interval > period:

@@ -3,6 +3,7 @@ of the text changes."""
 
 from __future__ import annotations
 
+import codecs
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -18,18 +19,27 @@ from ldc.parser import parse_file
 @contextmanager
 def inserted(sources: Sources, module: str, after: str | None) -> Iterator[None]:
     """The project file lists the module behind ``after`` (None: as the last one) from now on; what goes wrong
-    inside puts it back. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file
+    inside puts it back, unless somebody has changed it since. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file
     cannot be written."""
     manifest = sources.manifest
     text = with_module(manifest, module, after, _starts(sources, module))
     path = Path(manifest.source.path)
     before = path.read_bytes()
-    write_file(path, text.encode("utf-8"))
+    written = _as_in(before, text)
+    write_file(path, written)
     try:
         yield
     except BaseException:
-        write_file(path, before)
+        if path.read_bytes() == written:
+            write_file(path, before)
         raise
+
+
+def _as_in(before: bytes, text: str) -> bytes:
+    """The text with the line ends of a file and its byte order mark, which are lost when it is read."""
+    ends = "\r\n" if b"\r\n" in before else "\n"
+    mark = codecs.BOM_UTF8 if before.startswith(codecs.BOM_UTF8) else b""
+    return mark + text.replace("\n", ends).encode("utf-8")
 
 
 def with_module(manifest: Manifest, module: str, after: str | None, starts: bool = False) -> str:

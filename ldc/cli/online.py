@@ -21,6 +21,7 @@ from ldc.il.coordination_image import pack
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.layout import lay_out
+from runtime.machine import base_tick
 from runtime.online import checks, migrate, wire
 from runtime.online.checks import Limits
 from runtime.online.wire import Act, Answer, Changes, Pull, Report, Stage, State, Status
@@ -130,7 +131,9 @@ def _offline(before: Sources, sources: Sources) -> int:
     running, changed = lay_out(old.program, number), lay_out(new.program, number)
     plan = migrate.plan(running, changed)
     limits = Limits(before.settings.image_bytes)
-    against = [*plan.refusals, *checks.tasks(running, changed), *checks.memory(new.program, changed, limits)]
+    manifest = before.manifest
+    period = manifest.period if manifest and manifest.period else base_tick(running.resource.tasks)
+    against = [*plan.refusals, *checks.tasks(running, changed, period), *checks.memory(new.program, changed, limits)]
     if against:
         raise Invalid(declared.placed(against, new), locator(new))
     _print_changes(Changes(list(plan.kept), list(plan.initialised), list(plan.dropped)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from ldc.diagnostics import Diagnostic
 from ldc.il.homes import end_of
 from ldc.il.layout import lay_out
@@ -10,6 +9,7 @@ from ldc.il.program import Program, Task
 from ldc.records import record
 from runtime.layout import Layout
 from runtime.online import findings
+from runtime.values import milliseconds
 
 
 @record
@@ -20,8 +20,9 @@ class Limits:
     data_bytes: int = 64 << 20
 
 
-def tasks(old: Layout, new: Layout) -> list[Diagnostic]:
-    """LD0821 for every task that runs and is not there, or another one, in the new program."""
+def tasks(old: Layout, new: Layout, period_ns: int) -> list[Diagnostic]:
+    """LD0821 for every task that runs and is not there, or another one, in the new program, and for further
+    ones that scans every ``period_ns`` cannot execute in time."""
     found, known = [], {task.name.upper(): task for task in new.resource.tasks}
     for task in old.resource.tasks:
         now = known.get(task.name.upper())
@@ -29,6 +30,12 @@ def tasks(old: Layout, new: Layout) -> list[Diagnostic]:
             found.append(findings.task_changed(task.name, "is not there any more"))
         elif _timing(now) != _timing(task):
             found.append(findings.task_changed(task.name, "has another interval, priority or SINGLE"))
+    running = {task.name.upper() for task in old.resource.tasks}
+    for name, task in known.items():
+        if name not in running and task.interval and task.interval % period_ns:
+            interval, period = milliseconds(task.interval), milliseconds(period_ns)
+            what = f"is due every {interval} ms, and scans come every {period} ms"
+            found.append(findings.task_changed(task.name, what))
     return found
 
 

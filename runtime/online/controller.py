@@ -80,7 +80,7 @@ def prepare(old: Loaded, new: Loaded, base: str, owner: str, limits: Limits = Li
         raise findings.refused(findings.stale(base, old.digest))
     before, after = old.machine.layout, new.machine.layout
     plan = migrate.plan(before, after)
-    against = [*plan.refusals, *checks.tasks(before, after),
+    against = [*plan.refusals, *checks.tasks(before, after, old.machine.period_ns),
                *checks.memory(new.machine.program, after, limits)]
     if against:
         raise findings.refused(*against)

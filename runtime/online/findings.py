@@ -28,7 +28,7 @@ def type_changed(path: str, old: object, new: object) -> Diagnostic:
 def task_changed(name: str, what: str) -> Diagnostic:
     return Diagnostic("LD0821", f"task `{name}` {what}", about=name,
                       help="tasks stay as they are while they run; a further task may be added under another "
-                      "name")
+                      "name, with a multiple of the period of the scans")
 
 
 def area_full(area: str, needed: int, available: int) -> Diagnostic:
