@@ -20,6 +20,7 @@ Operand = Const | Place
 # of the image are positions in OPCODES: append only.
 LOGIC = ("AND", "OR", "XOR")
 ARITHMETIC = ("ADD", "SUB", "MUL", "DIV", "MOD")
+STORES = ("ST", "STN", "S", "R")
 COMPARISON = ("GT", "GE", "EQ", "NE", "LE", "LT")
 OPCODES: tuple[str, ...] = (
     "LD", "LDN", "ST", "STN", "S", "R",
@@ -126,6 +127,14 @@ class Unit:
     def arguments(self) -> tuple[Variable, ...]:
         """What FN gives to a FUNCTION, in this order: its inputs, then its in_outs."""
         return tuple(v for kind in ("input", "in_out") for v in self.variables if v.kind == kind)
+
+    @property
+    def changed(self) -> tuple[Variable, ...]:
+        """The arguments that it changes, of which it needs copies: in_outs, and inputs that it writes."""
+        written = {place.root.upper() for rung in self.rungs for instr in rung.code
+                   for place in (*((instr.operand,) if instr.op in STORES else ()),
+                                 *(place for _, place in instr.outputs))}
+        return tuple(v for v in self.arguments if v.kind == "in_out" or v.name.upper() in written)
 
 
 @record

@@ -29,6 +29,13 @@ def not_writable(
     diagnostics.error("LD0503", f"`{name}` cannot be written", span, why, secondary=secondary, help=help)
 
 
+def own_input(diagnostics: Diagnostics, span: Span, name: str, declared: Span | None) -> None:
+    secondary = (Label(declared, "declared here"),) if declared else ()
+    diagnostics.warning("LD0161", f"the input `{name}` is written inside of its POU", span,
+                        "lasts until a call gives it again", secondary=secondary,
+                        help="make it VAR_IN_OUT, or copy it to a variable of its own")
+
+
 def instance_mismatch(
     diagnostics: Diagnostics, span: Span, instance: str, declared: str, written: str, first: Span | None,
     help: str,

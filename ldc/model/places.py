@@ -9,7 +9,7 @@ from ldc.expr import Const, Expr, FieldStep, IndexStep, Place, Step
 from ldc.model import call_findings, declaration_findings, expressions, parts
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
-from ldc.model.names import suggest
+from ldc.model.names import PREFIX, suggest
 from ldc.model.values import AnyEnum, Untyped, as_index, settle
 from ldc.parser import ast
 from ldc.source import Span
@@ -270,7 +270,10 @@ def _writable(
     elif variable is not None and variable.constant:
         why, help = "a constant", "take the CONSTANT away, or write another variable"
     elif variable is not None and variable.kind == "input":
-        why, help = "an input of this POU", "make it VAR_IN_OUT, or copy it to a variable of its own"
+        if not variable.name.upper().startswith(PREFIX):
+            call_findings.own_input(diagnostics, node.span, variable.name, declared)
+            return True
+        why, help = "the edge of an input", "copy it to a variable of its own"
     elif location is not None and location.area == "I":
         why, help = "an input of the controller", "inputs are read only; use %Q or %M"
     elif is_global and env.kind == "FUNCTION":

@@ -58,12 +58,13 @@ class Body(Access):
     def _prologue(self) -> list[str]:
         """Initial values of the locals that may be read before they are written."""
         made = []
+        changed = self.unit.changed
         for v in self.unit.variables:
             local = f"l_{slot(v.name)}"
             if not self.names.is_local(v.name.upper()) or v.kind == "external":
                 continue
             if v.kind in ("input", "in_out"):
-                if v.kind == "in_out" and not is_scalar(v.type):
+                if v in changed and not is_scalar(v.type):
                     made.append(f"{local} = {self.pool.copier(v.type)}({local})")
             elif not is_scalar(v.type):
                 made.append(f"{local} = {self.pool.maker(v.type, v.initial)}()")

@@ -155,8 +155,9 @@ class Frame:
 def enter_function(code: Code, unit: Unit, flat: Flat, arguments: list[object]) -> Frame:
     """The frame of a FUNCTION called with values for ``unit.arguments``."""
     given = {}
+    changed = unit.changed
     for variable, value in zip(unit.arguments, arguments, strict=True):
-        aggregate = not is_scalar(variable.type) and variable.kind == "in_out"
+        aggregate = not is_scalar(variable.type) and variable in changed
         given[variable.name.upper()] = code.memory.copier(variable.type)(value) if aggregate else value
     return Frame(code, unit, flat, unit.name, locals=given)
 
