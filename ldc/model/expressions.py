@@ -149,8 +149,9 @@ def _member(env: Environment, node: ast.Member, hint: Type | None, diagnostics: 
         return None if found is None else parts.read(found, node.span)
     if type(base) is ast.Name and isinstance(named := env.type_named(base.name.upper()), Enum):
         # A variable may have the name of its type: then only what is no value of the type is one of its bits.
+        hiding = env.variable(base.name.upper())
         value_of = any(node.name.upper() == name.upper() for name, _ in named.values)
-        if value_of or env.variable(base.name.upper()) is None:
+        if hiding is None or value_of and isinstance(hiding[0].type, Enum):
             return _enum_literal(env, ast.EnumLiteral(base.name, node.name, node.span), hint, diagnostics)
     return _place(env, node, hint, diagnostics)
 
