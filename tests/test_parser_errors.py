@@ -118,8 +118,11 @@ def test_a_keyword_with_a_slip_is_guessed(text: str, word: str) -> None:
     ("PROGRAM p x := 5; END_PROGRAM", ["LD0101 expected RUNG or END_PROGRAM, found `x`"]),
     ("PROGRAM p VAR at : BOOL; int : INT; END_VAR END_PROGRAM",
      ["LD0116 `at` is a reserved word", "LD0116 `int` is a reserved word"]),
-    ("CONFIGURATION c TASK t (INTERVAL := T#1s); END_CONFIGURATION",
+    ("CONFIGURATION c TASK t (INTERVAL := T#1s); END_CONFIGURATION", []),
+    ("CONFIGURATION c RESOURCE r ON p END_RESOURCE TASK t (INTERVAL := T#1s); END_CONFIGURATION",
      ["LD0101 expected RESOURCE or END_CONFIGURATION, found `TASK`"]),
+    ("CONFIGURATION c TASK t (PRIORITY := 1); RESOURCE r ON p END_RESOURCE END_CONFIGURATION",
+     ["LD0101 expected TASK, PROGRAM or END_CONFIGURATION, found `RESOURCE`"]),
     ("FUNCTION f : VAR_INPUT a : INT; END_VAR END_FUNCTION",
      ["LD0101 expected a type after `:`, found `VAR_INPUT`"]),
 ])

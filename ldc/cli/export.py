@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         raise Invalid(again.diagnostics)
     graphs = {pou: [(build.rung, build.graph) for build in builds] for pou, builds in again.units.items()}
     manifest = sources.manifest
-    xml = plcopen.export(again.project.files, again.model, graphs, manifest.name if manifest else "",
+    xml = plcopen.export(again.meant.files, again.model, graphs, manifest.name if manifest else "",
                          _period(manifest))
     write_result(xml, options.output)
     return OK

@@ -88,7 +88,7 @@ class Configurator:
             name = MAIN if MAIN.upper() not in named else "_ldc_main"
             tasks[name.upper()] = Task(name, None, MOST_PRIORITY, None)
             runs = [run if run.task else replace(run, task=name) for run in runs]
-        return Resource(node.name, node.processor, tuple(tasks.values()), tuple(runs))
+        return Resource(node.name or MAIN, node.processor, tuple(tasks.values()), tuple(runs))
 
     def _task(self, node: ast.Task) -> Task | None:
         interval, priority = None, 0

@@ -107,14 +107,14 @@ def _used(model: Model, names: dict[str, str]) -> Iterator[tuple[str, str]]:
             sources[source] = any(word in text for word in words)
         if not sources[source]:
             continue
-        for first, second in _paths(pou):
+        for first, second in paths_in(pou):
             program = names.get(first)
             hidden = first in pou.variables or first in model.globals
             if program is not None and program != key and not hidden:
                 yield program, second
 
 
-def _paths(pou: Pou) -> Iterator[tuple[str, str]]:
+def paths_in(pou: Pou | ast.Pou) -> Iterator[tuple[str, str]]:
     """What stands before and behind the first point of a path, in capitals."""
     stack: list[object] = list(sfc.parts_of(pou))
     if isinstance(pou.body, sfc.SfcBody):

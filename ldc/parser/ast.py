@@ -355,17 +355,20 @@ class Task:
 
 @record
 class ProgramInstance:
-    """``PROGRAM name WITH task : pou;``."""
+    """``PROGRAM name WITH task : pou;``; ``connections``: ``(x := g, y => h)`` behind it, which are made in every
+    execution."""
 
     name: str
     task: str | None
     pou: str
     span: Span
+    connections: tuple[Argument, ...] = ()
 
 
 @record
 class Resource:
-    """``RESOURCE name ON processor``; a resource is a processor."""
+    """``RESOURCE name ON processor``; a resource is a processor. ``name`` "": tasks and programs that stand in the
+    CONFIGURATION itself."""
 
     name: str
     processor: str

@@ -172,6 +172,11 @@ class FileBuilder(Builder):
         return values[0], values[2]
 
     def program_instance(self, values: Values) -> ast.ProgramInstance:
-        task = self.word(values[3]) if len(values) == 7 else None
-        return ast.ProgramInstance(self.declared(values[1]), task, self.word(values[-2]),
-                                   self.span(values[0], values[-1]))
+        head, _, pou = values[:3]
+        task = self.word(head[3]) if len(head) == 4 else None
+        connections = tuple(values[4]) if len(values) > 4 else ()
+        return ast.ProgramInstance(self.declared(head[1]), task, self.word(pou), self.span(head[0], values[-1]),
+                                   connections)
+
+    def program_head(self, values: Values) -> Values:
+        return values

@@ -270,12 +270,14 @@ class _Printer:
     def _configuration(self, configuration: ast.Configuration) -> None:
         start = self._index(configuration.span.start)
         self.line(f"CONFIGURATION {configuration.name}", self.tokens.ends[start + 1], opens=True)
-        for part in _ordered(configuration.var_blocks, configuration.resources):
+        own = [r for r in configuration.resources if not r.name]
+        lines = ((*r.tasks, *r.programs) for r in own)
+        for part in _ordered(configuration.var_blocks, (r for r in configuration.resources if r.name), *lines):
             self.above(part.span.start, INDENT)
-            if isinstance(part, ast.VarBlock):
-                self._section(part, INDENT)
-            else:
+            if isinstance(part, ast.Resource):
                 self._resource(part)
+            else:
+                self._in_resource(part, INDENT)
         self.close("END_CONFIGURATION", configuration.span.end, "", INDENT)
 
     def _resource(self, resource: ast.Resource) -> None:
@@ -285,13 +287,15 @@ class _Printer:
         self.line(head, self.tokens.ends[start + 3], opens=True)
         for part in _ordered(resource.var_blocks, resource.tasks, resource.programs):
             self.above(part.span.start, inner)
-            if isinstance(part, ast.VarBlock):
-                self._section(part, inner)
-            elif isinstance(part, ast.Task):
-                self.line(inner + task_text(part), part.span.end)
-            else:
-                self.line(inner + program_text(part), part.span.end)
+            self._in_resource(part, inner)
         self.close("END_RESOURCE", resource.span.end, INDENT, inner)
+
+    def _in_resource(self, part: ast.VarBlock | ast.Task | ast.ProgramInstance, indent: str) -> None:
+        if isinstance(part, ast.VarBlock):
+            self._section(part, indent)
+        else:
+            text = task_text(part) if isinstance(part, ast.Task) else program_text(part)
+            self.line(indent + text, part.span.end)
 
 
 def _ordered(*groups: Iterable) -> list:
@@ -307,7 +311,8 @@ def heading(pou: ast.Pou) -> str:
 
 def program_text(program: ast.ProgramInstance) -> str:
     task = "" if program.task is None else f" WITH {program.task}"
-    return f"PROGRAM {program.name}{task} : {program.pou};"
+    made = f"({', '.join(map(unparse.argument_text, program.connections))})" if program.connections else ""
+    return f"PROGRAM {program.name}{task} : {program.pou}{made};"
 
 
 def task_text(task: ast.Task) -> str:

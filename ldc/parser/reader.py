@@ -368,16 +368,22 @@ class Reader:
         first = self.at
         self.at = min(first + 2, len(self.types))
         name = self.units.parse("configuration_head", first, self.at, "heading")
-        blocks, resources = [], []
+        blocks, resources, tasks, programs = [], [], [], []
         while (word := self._kind()) and word != "END_CONFIGURATION" and word not in _CONFIGURATION_STOPS:
             if word in _SHARED:
                 blocks.append(self._section())
             elif word == "RESOURCE":
+                if tasks or programs:
+                    self.findings.unexpected(self.at, "TASK, PROGRAM or END_CONFIGURATION", _IN_RESOURCES)
                 resources.append(self._resource())
+            elif not resources and (word == "TASK" or word == "PROGRAM" and self._is_instance()):
+                self._instance_line(tasks, programs)
             else:
-                self._expected("RESOURCE or END_CONFIGURATION", _IN_CONFIGURATION,
-                               "tasks and programs stand in `RESOURCE name ON processor ... END_RESOURCE`")
+                self._expected("RESOURCE or END_CONFIGURATION", _IN_CONFIGURATION, _IN_RESOURCES)
         self._close("END_CONFIGURATION", first)
+        if tasks or programs:
+            span = self.tokens.span(first, self.at - 1)
+            resources.append(ast.Resource("", "master", (), tuple(tasks), tuple(programs), span))
         if name is not None:
             self.configurations.append(ast.Configuration(
                 name, tuple(blocks), tuple(r for r in resources if r), self.tokens.span(first, self.at - 1)))
@@ -391,12 +397,7 @@ class Reader:
             if word == "VAR_GLOBAL":
                 blocks.append(self._section())
             elif word in ("TASK", "PROGRAM"):
-                begin = self._skip(_LINE_STOPS)
-                self.at += self._kind() == ";"
-                symbol = "task_line" if word == "TASK" else "program_line"
-                value = self.units.parse(symbol, begin, self.at, "declaration")
-                if value is not None:
-                    (tasks if word == "TASK" else programs).append(value)
+                self._instance_line(tasks, programs)
             else:
                 self._expected("TASK, PROGRAM or END_RESOURCE", _IN_RESOURCE, "")
         self._close("END_RESOURCE", first)
@@ -404,6 +405,20 @@ class Reader:
             return None
         return ast.Resource(*head, tuple(blocks), tuple(tasks), tuple(programs),
                             self.tokens.span(first, self.at - 1))
+
+    def _is_instance(self) -> bool:
+        """Whether PROGRAM begins an instance, and no POU behind a CONFIGURATION without an end."""
+        return self.types[self.at + 1 : self.at + 3] in (["NAME", ":"], ["NAME", "WITH"])
+
+    def _instance_line(self, tasks: list[ast.Task], programs: list[ast.ProgramInstance]) -> None:
+        """``TASK ...;`` or ``PROGRAM name : pou;``."""
+        word = self._kind()
+        begin = self._skip(_LINE_STOPS)
+        self.at += self._kind() == ";"
+        symbol = "task_line" if word == "TASK" else "program_line"
+        value = self.units.parse(symbol, begin, self.at, "declaration")
+        if value is not None:
+            (tasks if word == "TASK" else programs).append(value)
 
     def _expected(self, wanted: str, stops: frozenset[str], help: str) -> None:
         begin = self._skip(stops)
@@ -417,11 +432,12 @@ class Reader:
             self._missing(end, opening)
 
 
+_IN_RESOURCES = "tasks and programs stand in `RESOURCE name ON processor ... END_RESOURCE`"
 _POU_ENDS = frozenset(f"END_{kind}" for kind in POUS)
 _POU_STOPS = _POU_ENDS | _STARTERS
 _BODY_STOPS = _POU_STOPS | {"ACTION"}
 _CHART_PARTS = frozenset(charts.STARTS) - {"ACTION"}
-_IN_CONFIGURATION = frozenset((*_SHARED, "RESOURCE", "END_CONFIGURATION"))
+_IN_CONFIGURATION = frozenset((*_SHARED, "TASK", "PROGRAM", "RESOURCE", "END_CONFIGURATION"))
 _IN_RESOURCE = frozenset(("VAR_GLOBAL", "TASK", "PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION"))
 _LINE_STOPS = _IN_RESOURCE | {";"}
 _CONFIGURATION_STOPS = frozenset(("CONFIGURATION", "TYPE", "FUNCTION", "FUNCTION_BLOCK"))

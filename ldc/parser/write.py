@@ -183,10 +183,12 @@ def _configuration(configuration: ast.Configuration) -> Iterator[str]:
     for block in configuration.var_blocks:
         yield from _section(block)
     for resource in configuration.resources:
-        yield f"RESOURCE {resource.name} ON {resource.processor}"
+        if resource.name:
+            yield f"RESOURCE {resource.name} ON {resource.processor}"
         for block in resource.var_blocks:
             yield from _section(block)
         yield from map(task_text, resource.tasks)
         yield from map(program_text, resource.programs)
-        yield "END_RESOURCE"
+        if resource.name:
+            yield "END_RESOURCE"
     yield "END_CONFIGURATION"

@@ -27,6 +27,7 @@ from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
 from ldc.model.chart_control import Control
+from ldc.model.program_calls import with_blocks
 from ldc.model.project import Pou
 from ldc.parser import ast, format_of, parse_file, parse_files
 from ldc.parser.sfc import Body, SfcBody
@@ -92,7 +93,8 @@ class _Compile:
             pace.elsewhere(self.components.values(), self.slaves, self.diagnostics)
             project = ast.Project((*files, *more))
         with self.timings.of("resolve"):
-            self.model = resolve(project, self.diagnostics, self.sources.settings)
+            meant = with_blocks(project)
+            self.model = resolve(meant, self.diagnostics, self.sources.settings)
         self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings, self.remembered)
         builds: dict[str, tuple[RungBuild, ...]] = {}
         units: list[il.Unit] = []
@@ -103,7 +105,7 @@ class _Compile:
                 unit, builds[pou.name] = self.wrapped(pou, *built)
                 units.append(self.proxied(pou, unit))
         self.remember()
-        result = Compiled(self.sources, self.diagnostics, project, self.model, builds, timings=self.timings,
+        result = Compiled(self.sources, self.diagnostics, project, meant, self.model, builds, timings=self.timings,
                           natives=tuple(self.natives), components=self.components)
         if self.diagnostics.has_errors:
             return result

@@ -66,13 +66,15 @@ class BodyCode:
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """``program`` and ``image`` are None when there were errors. ``units``: rungs by POU name;
+    """``program`` and ``image`` are None when there were errors. ``project``: what was written, ``meant``: with function
+    blocks for programs that are called (``ldc.model.program_calls``). ``units``: rungs by POU name;
     ``timings``: seconds by stage; ``components``: those of the program by name in capitals; ``natives``:
     the ones in C and C++, which engines build and call."""
 
     sources: Sources
     diagnostics: Diagnostics
     project: ast.Project
+    meant: ast.Project
     model: Model
     units: dict[str, tuple[RungBuild, ...]]
     program: il.Program | None = None
