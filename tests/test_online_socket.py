@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -22,6 +23,7 @@ from hypothesis import strategies as st
 
 import native
 from ldc.cli import link, modules
+from ldc.cli.console import Failure
 from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import find_sources
@@ -291,6 +293,30 @@ def test_a_refused_program_leaves_nothing_in_memory(runtime, monkeypatch) -> Non
 def test_what_a_swap_took_is_in_its_answer(runtime) -> None:
     runtime.ask(change(OTHER, runtime.controller.running.digest))
     assert runtime.ask(Act(action="test", owner="me")).state.pause_ns > 0
+
+
+def test_the_secret_of_a_client_is_whole_or_not_there(tmp_path: Path, monkeypatch) -> None:
+    """A full disk leaves no empty one, which everybody could guess; one that is there already is made anew."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    kept = tmp_path / "ldc" / "client"
+
+    def full(*paths) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as now, pytest.raises(Failure, match="No space left"):
+        now.setattr(os, "link", full)
+        link.owner_of(["."])
+    assert list(kept.parent.iterdir()) == []
+    kept.write_text("")
+    assert link.owner_of(["."]) == link.owner_of(["."]) and len(kept.read_text()) == 64
+    kept.unlink()
+    owners: list[str] = []
+    threads = [threading.Thread(target=lambda: owners.append(link.owner_of(["."]))) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(owners) == {link.owner_of(["."])} and stat.S_IMODE(kept.stat().st_mode) == 0o600
 
 
 # ---- the commands ------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import re
 import secrets
 import socket
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from ldc.cli.console import Failure, reason
@@ -64,17 +65,29 @@ def owner_of(sources: Sequence[str]) -> str:
     path = state_folder() / "client"
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        try:
-            with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-                file.write(secrets.token_hex(32))
-        except FileExistsError:
-            pass  # made by an earlier command
+        if path.exists() and not path.stat().st_size:
+            path.unlink()  # of an ldc that had no room to fill it
+        if not path.exists():
+            _keep_secret(path)
         secret = path.read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError) as error:
         raise Failure(f"cannot keep the secret of this client: {error}") from error
     place = Path(sources[0]).resolve()
     folder = place if place.is_dir() else place.parent
     return hashlib.sha256(secret.encode() + b"\0" + os.fsencode(folder)).hexdigest()
+
+
+def _keep_secret(path: Path) -> None:
+    """Makes the file, whole or not at all; of several clients that do it at once the first one's counts. Raises
+    OSError."""
+    temporary = path.with_name(f".client.{secrets.token_hex(8)}")
+    try:
+        with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(secrets.token_hex(32))
+        with suppress(FileExistsError):
+            os.link(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def ask(path: Path, request: Request) -> Answer:
