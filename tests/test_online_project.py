@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 import native
-from ldc.cli import link, settled
+from ldc.cli import link, settled, shipped
+from ldc.cli.console import Failure
 from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics
 from ldc.manifest import find_sources
@@ -188,3 +189,26 @@ def test_a_file_that_a_setting_names_counts_with_its_contents(folder) -> None:
     assert (told.code, told.primary.text) == ("LD0863", "the file has other contents now")
     (folder / "plant.py").unlink()
     assert len(settled.stays(manifest, begin)) == 1
+
+
+def test_sources_from_above_the_project_are_pulled_beside_it(tmp_path, monkeypatch, capsys) -> None:
+    for name in ("plant", "shared"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "plant" / "ldc.toml").write_text(PROJECT.replace("modules", 'sources = ["../shared/*.ld"]\nmodules'))
+    (tmp_path / "shared" / "main.ld").write_text(TEXT)
+    monkeypatch.chdir(tmp_path / "plant")
+    with begun(monkeypatch):
+        assert main(["pull", "-o", "running"]) == 0
+        assert "in running/project" in capsys.readouterr().err
+        assert main(["pull", "--check"]) == 0
+        assert main(["check", "running/project"]) == 0
+        assert main(["pull", "running/project", "--check"]) == 0
+
+
+@pytest.mark.parametrize("path", ["/etc/passwd", "a/../../b", "..", "../" * 9 + "x", "a\0b", ""])
+def test_no_path_of_a_runtime_leads_out_of_the_folder(tmp_path, path: str) -> None:
+    with pytest.raises(Failure):
+        shipped.write([("ldc.toml", ""), (path, "bad")], tmp_path / "new")
+    with pytest.raises(Failure):
+        shipped.write([("../project/ldc.toml", ""), ("ldc.toml", "")], tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []

@@ -319,6 +319,32 @@ def test_the_secret_of_a_client_is_whole_or_not_there(tmp_path: Path, monkeypatc
     assert set(owners) == {link.owner_of(["."])} and stat.S_IMODE(kept.stat().st_mode) == 0o600
 
 
+def test_an_audit_log_without_room_has_no_half_lines_and_tells_what_it_lacks(tmp_path: Path, monkeypatch) -> None:
+    told: list[str] = []
+    audit, write, room = Audit(tmp_path / "log", told.append), os.write, [10_000]
+
+    def little(file: int, data: bytes) -> int:
+        part = data[: room[0]]
+        if not part:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        room[0] -= len(part)
+        return write(file, part)
+
+    with monkeypatch.context() as disk:
+        disk.setattr(os, "write", little)
+        audit.line("first")
+        room[0] = 20
+        audit.line("second")
+        room[0] = 0
+        audit.line("third")
+        room[0] = 10_000
+        audit.line("fourth", path="x")
+    audit.close()
+    rows = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert [(row["action"], row.get("lines")) for row in rows] == [("first", None), ("lost", 2), ("fourth", None)]
+    assert len(told) == 1
+
+
 # ---- the commands ------------------------------------------------------------------------------------
 
 

@@ -78,8 +78,8 @@ def owner_of(sources: Sequence[str]) -> str:
 
 
 def _keep_secret(path: Path) -> None:
-    """Makes the file, whole or not at all; of several clients that do it at once the first one's counts. Raises
-    OSError."""
+    """Makes the file, whole or not at all; of several clients that do it at once the first one's counts.
+    Raises OSError."""
     temporary = path.with_name(f".client.{secrets.token_hex(8)}")
     try:
         with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:

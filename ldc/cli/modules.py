@@ -19,8 +19,8 @@ from ldc.parser import parse_file
 @contextmanager
 def inserted(sources: Sources, module: str, after: str | None) -> Iterator[None]:
     """The project file lists the module behind ``after`` (None: as the last one) from now on; what goes wrong
-    inside puts it back, unless somebody has changed it since. Raises Invalid (LD0829) when it cannot be listed there, Failure when the file
-    cannot be written."""
+    inside puts it back, unless somebody has changed it since. Raises Invalid (LD0829) when it cannot be listed
+    there, Failure when the file cannot be written."""
     manifest = sources.manifest
     text = with_module(manifest, module, after, _starts(sources, module))
     path = Path(manifest.source.path)

@@ -9,7 +9,7 @@ from ldc.cli import link, shipped
 from ldc.cli.console import say
 from ldc.cli.inputs import read
 from ldc.diagnostics import Diagnostics, Invalid
-from ldc.render import plural
+from ldc.render import plural, visible
 from runtime.online.wire import Pull
 
 
@@ -19,8 +19,8 @@ def run(options: argparse.Namespace) -> int:
     answer = link.ask(link.runtime_of(options, sources), Pull())
     texts = answer.sources or []
     if not options.check:
-        shipped.write(texts, Path(options.folder))
-        say(f"{plural(len(texts), 'file')} of program {answer.state.digest[:12]} in {options.folder}")
+        place = shipped.write(texts, Path(options.folder))
+        say(visible(f"{plural(len(texts), 'file')} of program {answer.state.digest[:12]} in {place}"))
         return 0
     found = shipped.differences(shipped.texts_of(sources), texts)
     if found:

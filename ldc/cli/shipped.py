@@ -14,10 +14,15 @@ from ldc.source import SourceFile, as_text
 
 Texts = tuple[tuple[str, str], ...]
 
+PROJECT = "project"
+"""The folder of a project that is pulled with sources from above it."""
+
+_DEEPEST = 8
+
 
 def texts_of(sources: Sources) -> Texts:
-    """Path and text of every source, of the project file, of the descriptors and of the files in C and C++ that
-    belong to them, sorted by path."""
+    """Path and text of every source, of the project file, of the descriptors and of the files in C and C++
+    that belong to them, sorted by path."""
     files: list[SourceFile] = [*sources.files, *(source for source, _ in sources.descriptors)]
     if sources.manifest:
         files.append(sources.manifest.source)
@@ -58,20 +63,28 @@ def differences(ours: Iterable[tuple[str, str]], theirs: Iterable[tuple[str, str
     return found
 
 
-def write(texts: Sequence[tuple[str, str]], folder: Path) -> None:
-    """Writes what a runtime gave into a folder that is new or empty. Raises Failure when it is neither, or a
-    path leads out of it."""
-    for path, _ in texts:
-        parts = PurePosixPath(path).parts
-        if not parts or path.startswith("/") or ".." in parts or "\0" in path:
-            raise Failure(f"the runtime has a source `{path[:80]}`, which lies outside of the project")
+def write(texts: Sequence[tuple[str, str]], folder: Path) -> Path:
+    """Writes what a runtime gave into a folder that is new or empty. Sources that lie above the project stay
+    there: the project is then as many folders deeper. Where it is. Raises Failure when the folder is neither,
+    or a path leads out of it."""
+    paths = [PurePosixPath(path).parts for path, _ in texts]
+    above = [next((n for n, part in enumerate(parts) if part != ".."), len(parts)) for parts in paths]
+    depth = max(above, default=0)
+    targets: dict[Path, str] = {}
+    for (path, text), parts, ups in zip(texts, paths, above, strict=True):
+        rest = parts[ups:]
+        target = folder.joinpath(*[PROJECT] * (depth - ups), *rest)
+        leads_out = path.startswith("/") or ".." in rest or "\0" in path
+        if not rest or leads_out or depth > _DEEPEST or target in targets:
+            raise Failure(f"the runtime has a source `{path[:80]}`, which has no place in `{folder}`")
+        targets[target] = text
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise Failure(f"`{folder}` is not empty")
-        for path, text in texts:
-            target = folder / path
+        for target, text in targets.items():
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(text.encode("utf-8"))
     except OSError as error:
         raise Failure(f"cannot write to `{folder}`: {error.strerror or error}") from error
+    return folder.joinpath(*[PROJECT] * depth)

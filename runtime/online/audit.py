@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from runtime.online.controller import Event
 
 
 class Audit:
-    """Appends to a file of the user's own (mode 0600). ``warn`` is told once when it cannot be written any
-    more: the program runs on. Raises OSError when it cannot be opened."""
+    """Appends to a file of the user's own (mode 0600). ``warn`` is told when it cannot be written any more:
+    the program runs on, and the log tells how many lines it lacks once there is room again. Raises OSError
+    when it cannot be opened."""
 
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        self._warn, self._failed = warn, False
+        self._warn, self._lost = warn, 0
 
     def event(self, event: Event) -> None:
         """An event of the controller."""
@@ -29,13 +31,24 @@ class Audit:
 
     def line(self, action: str, **more: object) -> None:
         """One line; ``time`` is UTC."""
-        row = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "action": action, **more}
         try:
-            os.write(self._file, (json.dumps(row) + "\n").encode())
+            if self._lost:
+                self._append("lost", {"lines": self._lost})
+                self._lost = 0
+            self._append(action, more)
         except OSError as error:
-            if not self._failed:
-                self._failed = True
+            if not self._lost:
                 self._warn(f"the audit log cannot be written: {error}")
+            self._lost += 1
+
+    def _append(self, action: str, more: Mapping[str, object]) -> None:
+        """A whole line or none. Raises OSError."""
+        row = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "action": action, **more}
+        data = (json.dumps(row) + "\n").encode()
+        written = os.write(self._file, data)
+        if written < len(data):
+            os.ftruncate(self._file, os.fstat(self._file).st_size - written)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def close(self) -> None:
         os.close(self._file)

@@ -61,8 +61,9 @@ def other_algorithms(paths: Sequence[str]) -> Diagnostic:
 
 def no_slave(path: str, slave: int) -> Diagnostic:
     return Diagnostic("LD0864", f"slave{slave} is to execute `{path}`, and the runtime has no such slave",
-                      about=path, help="slaves are those of [processors] when the runtime was started: let another "
-                      "one execute it, or end the run and start the new program")
+                      about=path,
+                      help="slaves are those of [processors] when the runtime was started: let another one "
+                      "execute it, or end the run and start the new program")
 
 
 def in_other_hands(what: str) -> Diagnostic:
