@@ -26,6 +26,7 @@ happens at the edges (overflow, rounding, positions outside a string, times) is 
 A function is called in an expression (`MAX(a, b)`, `MAX(IN1 := a, IN2 := b)`) or drawn as a block
 (`<MAX(IN1 := a, IN2 := b, OUT => c)>`), then with EN, ENO and the result at OUT. `...` after the last
 pin: the function takes more of the kind. Arguments are widened to the smallest type that takes them all.
+Numerical, bit string, selection and comparison functions have typed names as well: `ADD_DINT(a, b)` is ADD in DINT.
 """
 GROUP_TITLES = {
     "22": "Type conversion", "23": "Numeric functions", "24": "Arithmetic", "25": "Bit shift",

@@ -1,6 +1,6 @@
 """The standard functions of IEC 61131-3 as one table: what they are called with and what they mean.
 
-    lookup("max")                         the row, or None
+    lookup("max")                         the row, or None; ADD_INT and so on are ADD in one type
     resolve("ADD", (INT, None))           types of a call (None: an untyped literal), or what is wrong
     meaning("ADD", (INT, INT), INT)       a callable on Python values (ldc.types says which)
     widens, common, conversion            implicit conversions
@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 from ldc.library import bits, numeric, selection, strings, time
@@ -18,13 +19,15 @@ from ldc.library.table import Function, Resolved
 from ldc.types import INT, Type, storage
 
 __all__ = ["TABLE", "Function", "Resolved", "common", "conversion", "is_function", "is_temporal", "kind",
-           "lookup", "meaning", "names", "pins", "resolve", "widens"]
+           "lookup", "meaning", "names", "pins", "resolve", "typed", "widens"]
 
 TABLE: dict[str, Function] = {
     row.name: row for group in (_conversion, numeric, bits, selection, strings, time)
     for row in group.FUNCTIONS
 }
 _LONG = (("DATE_AND_TIME", "DT"), ("TIME_OF_DAY", "TOD"))
+_OVERLOADED = frozenset(row.name for group in (numeric, bits, selection) for row in group.FUNCTIONS
+                        if not row.internal and row.name != "TRUNC")
 _TARGETS = {f"TO_{name}": type_ for type_ in _conversion.TYPES for name in (type_.name, short_name(type_))}
 
 
@@ -38,7 +41,19 @@ def lookup(name: str) -> Function | None:
     key = name.upper()
     for long, short in _LONG:
         key = key.replace(long, short)
-    return TABLE.get(time.ALIASES.get(key, key))
+    row = TABLE.get(time.ALIASES.get(key, key))
+    if row is None and (one := typed(key)) is not None:
+        return replace(TABLE[one[0]], name=key)
+    return row
+
+
+def typed(name: str) -> tuple[str, Type] | None:
+    """What a typed function is (2nd edition, 2.5.1.4): of ``ADD_INT`` ADD and INT; None of all others."""
+    function, mark, type_ = name.upper().rpartition("_")
+    if not mark or function not in _OVERLOADED or name.upper() in TABLE:
+        return None
+    target = _TARGETS.get(f"TO_{type_}")
+    return None if target is None else (function, target)
 
 
 def names() -> tuple[str, ...]:
@@ -73,6 +88,8 @@ def resolve(name: str, arg_types: Sequence[Type | None]) -> Resolved | str:
 
 @lru_cache(maxsize=4096)
 def _resolve(name: str, arg_types: tuple[Type | None, ...]) -> Resolved | str:
+    if (one := typed(name)) is not None:
+        return _in_one_type(name, TABLE[one[0]], one[1], arg_types)
     row = lookup(name)
     if row:
         return row.resolve(arg_types)
@@ -83,6 +100,16 @@ def _resolve(name: str, arg_types: tuple[Type | None, ...]) -> Resolved | str:
     source, target = arg_types[0] or INT, _TARGETS[name]
     row = kind(source) != "aggregate" and TABLE.get(conversion(source, target))
     return row.resolve((source,)) if row else f"{name} does not take {source}"
+
+
+def _in_one_type(name: str, row: Function, type_: Type, arg_types: tuple[Type | None, ...]) -> Resolved | str:
+    """A call of a typed function: what may be of its type is, literals too; a selector and the like are not."""
+    known = tuple(type_ if t is not None and widens(t, type_) else t for t in arg_types)
+    for given in (tuple(type_ if t is None else t for t in known), known):
+        found = row.resolve(given)
+        if not isinstance(found, str) and type_ in found.parameters:
+            return found
+    return found if isinstance(found, str) else f"{name} takes {type_}, not {found.parameters[-1]}"
 
 
 @lru_cache(maxsize=4096)

@@ -24,7 +24,7 @@ def standard(key: str) -> str | None:
         return "a data type of the standard"
     if blocks.signature(key) is not None:
         return "a standard function block"
-    if functions.lookup(key) is not None:
+    if functions.lookup(key) is not None and functions.typed(key) is None:
         return "a standard function"
     return None
 

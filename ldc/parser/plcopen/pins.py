@@ -65,7 +65,7 @@ class OpenPins:
         if row is None or not open_:
             return given
         values = [pin for pin in given if pin.name is None or pin.name.upper() != "EN"]
-        if row.name in _ANY_ORDER and len(values) >= row.least:
+        if (functions.typed(row.name) or (row.name,))[0] in _ANY_ORDER and len(values) >= row.least:
             for name, span in open_:
                 findings.open_pin(self.diagnostics, span, self.where, name, "is left out")
             names = iter(row.pins(len(values)))
