@@ -24,7 +24,7 @@ def drop_shown(ladder: Element) -> None:
     for source, id_ in wires:
         if source in numbered:
             sources[id_].append(source)
-    turns = in_loops(dict(by_place), sources)
+    turns, _ = in_loops(dict(by_place), sources)
     if shown(written, {id_: (turn,) for turn, id_ in enumerate(turns)}, wires):
         for element in numbered.values():
             del element.attrib[_ORDER]

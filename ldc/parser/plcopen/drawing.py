@@ -247,7 +247,8 @@ class Drawing:
         return bool(sources) and not any(s is not None and s.kind == "leftPowerRail" for s in sources)
 
     def _turns_in_loops(self) -> None:
-        """Elements without numbers that are on a loop change their turns (`turns.in_loops`)."""
+        """Elements without numbers that are on a loop change their turns (`turns.in_loops`). What comes back
+        from a function block to one that has its turn before it is the output of the scan before."""
         elements = self.elements
         if not any(id_ and elements[id_].order >= e.order and elements[id_].kind not in VALUES
                    for e in elements.values() for pin in e.inputs for id_, _ in pin.sources):
@@ -255,10 +256,26 @@ class Drawing:
         free = {e.id: e for e in elements.values() if e.order[0] == 1 and e.kind not in VALUES}
         sources = {e.id: [id_ for pin in e.inputs for id_ in _as_wired(pin) if id_ in free]
                    for e in free.values()}
-        turns = in_loops({e.id: e.kind for e in free.values()}, sources)
+        turns, loops = in_loops({e.id: e.kind for e in free.values()}, sources)
         for id_, order in zip(turns, [e.order for e in free.values()]):
             free[id_].order = order
+        for loop in loops:
+            for element in map(elements.__getitem__, loop):
+                for pin in element.inputs:
+                    pin.sources = frozenset(self._of_before(output) if output[0] in loop and (
+                        elements[output[0]].order >= element.order) else output for output in pin.sources)
         self.elements = {e.id: e for e in sorted(elements.values(), key=attrgetter("order"))}
+
+    def _of_before(self, output: Output) -> Output:
+        """An output of a function block, to be read as a variable; another one as it is."""
+        block = self.elements[output[0]]
+        if not is_call(block.node, self.more):
+            return output
+        key = f"{block.id} before"
+        if key not in self.elements:
+            self.elements[key] = made = Element(key, block.node.like(CALLED, block.node.children), None, 0)
+            made.outputs = block.outputs
+        return key, output[1]
 
     def _follow(self, named: dict[str, Element]) -> None:
         """Replace continuations by what their connector is wired to, VAR_IN_OUT pins by what feeds them."""
@@ -342,6 +359,12 @@ def output_of(block: Element, name: str) -> str:
         key = name = signature.outputs[0].name
     block.outputs.append(OutputPin(name, block.node))
     return key
+
+
+def is_call(node: Node, more: Additions) -> bool:
+    """Whether this is a call of a function block; one of an action has an instance too."""
+    action = node.get("typeName").rpartition(".")[2].strip().upper() in more.actions
+    return node.tag == "block" and bool(node.get("instanceName").strip()) and not action
 
 
 def is_conditional(block: Element) -> bool:

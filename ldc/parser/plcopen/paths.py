@@ -37,8 +37,8 @@ class Step:
 
 
 def write(steps: Sequence[Step]) -> tuple[ast.Path, ...]:
-    """The paths of a rung. Where a loop makes it impossible to feed everything before it is read, the drawing
-    order stays, and the schedule opens the loop (DESIGN section 3, rule 5)."""
+    """The paths of a rung. Where a loop makes it impossible to feed everything before it is read, what is on it
+    stays in drawing order, and the schedule opens the loop (DESIGN section 3, rule 5)."""
     steps = sorted(steps, key=attrgetter("order"))
     numbers: dict[str | None, int] = {None: NOTHING, RAIL_NET: RAIL}
     shape = tuple([_bare(step, numbers) for step in steps])
@@ -49,7 +49,7 @@ def write(steps: Sequence[Step]) -> tuple[ast.Path, ...]:
 def _bare(step: Step, numbers: dict[str | None, int]) -> Bare:
     item, number = step.item, numbers.setdefault
     head, tail = number(step.head, len(numbers) - 1), number(step.tail, len(numbers) - 1)
-    if type(item) is ast.Contact:
+    if type(item) is ast.Contact and not step.reads:
         return Bare(isinstance(item.expr, _OPERANDS), head, tail)
     reads, writes = (tuple([number(net, len(numbers) - 1) for net in nets]) for nets in (step.reads, step.writes))
     pins = ()

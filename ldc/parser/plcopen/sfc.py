@@ -6,7 +6,7 @@ from a step to the transitions above it, through divergences and convergences.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
@@ -14,7 +14,7 @@ from ldc.parser.plcopen import additional, boxes, findings, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.drawing import CALLED, ELEMENTS, Drawing
+from ldc.parser.plcopen.drawing import CALLED, ELEMENTS, Drawing, is_call
 from ldc.parser.plcopen.guarded import Additions
 from ldc.source import Span
 
@@ -195,8 +195,8 @@ class ChartReader:
         goal = node.like(node.tag, [point], {"localId": node.get("localId"), "name": name,
                                              "negated": "true" if negated else "false"})
         used: dict[int, Node] = {id(node): goal}
-        self._feeding([goal], used, self._is_call)
-        calls = [found for found in used.values() if self._is_call(found)]
+        self._feeding([goal], used, calls_end=True)
+        calls = [found for found in used.values() if is_call(found, self.more)]
         if calls:  # EN at the rail is no condition
             used |= {id(rail): rail for rail in self._rails}
         behind = dict(self._calls) | {id(call): call for call in calls}
@@ -206,30 +206,25 @@ class ChartReader:
                             "wire it to contacts, blocks and variables")
             return None, None
         self._calls = behind
-        parts = [part.like(CALLED, part.children) if self._is_call(part) else part for part in used.values()]
+        parts = [part.like(CALLED, part.children) if is_call(part, self.more) else part
+                 for part in used.values()]
         return rungs_of(self._of(parts, ("transition",)), self.diagnostics), name
 
-    def _feeding(self, work: list[Node], found: dict[int, Node],
-                 ends: Callable[[Node], bool] = lambda node: False) -> None:
-        """Adds all that leads to the elements ``work``, by identity, but not what leads to one that ``ends``."""
+    def _feeding(self, work: list[Node], found: dict[int, Node], calls_end: bool = False) -> None:
+        """Adds all that leads to the elements ``work``, by identity; but not, if so, what leads to calls."""
         while work:
             for pin in _points(work.pop()):
                 for wire in pin.all("connection"):
                     node = self.nodes.get(wire.get("refLocalId").strip())
                     if node is not None and id(node) not in found:
                         found[id(node)] = node
-                        if not ends(node):
+                        if not (calls_end and is_call(node, self.more)):
                             work.append(node)
-
-    def _is_call(self, node: Node) -> bool:
-        """Whether this is a call of a function block; one of an action has an instance too."""
-        action = node.get("typeName").rpartition(".")[2].strip().upper() in self.more.actions
-        return node.tag == "block" and bool(node.get("instanceName").strip()) and not action
 
     def _of(self, nodes: Iterable[Node], goals: tuple[str, ...] = ()) -> Drawing:
         """A part of what is drawn beside the chart."""
-        children = sorted(nodes, key=lambda node: node.start)
-        return Drawing(self.body.like(self.body.tag, children), self.where, self.more, self.diagnostics, goals)
+        body = self.body.like(self.body.tag, sorted(nodes, key=lambda node: node.start))
+        return Drawing(body, self.where, self.more, self.diagnostics, goals)
 
     def _called(self) -> tuple[sfc.Action, ...]:
         """The function blocks that conditions are wired to, and what leads to them, as one action."""

@@ -38,22 +38,29 @@ WRITES = ("coil", "outVariable", "inOutVariable")
 """What ways back begin at."""
 
 
-def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -> list[str]:
-    """The elements, given in the order of their places, in that of their turns: those on a loop change places
-    among each other. What a way back comes to first is the last of its loop."""
+def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
+             ) -> tuple[list[str], list[set[str]]]:
+    """The elements, given in the order of their places, in that of their turns, and the loops: what is on one
+    changes places among each other. What a way back comes to first is the last of its loop."""
     turns = list(kinds)
     back, meets_itself = _backwards(kinds, sources)
     if not meets_itself:
-        return turns
+        return turns, []
     import networkx as nx  # few files need it
 
     number = {id_: at for at, id_ in enumerate(back)}
     graph = nx.DiGraph((source, id_) for id_, found in sources.items() for source in found)
-    for loop in nx.strongly_connected_components(graph):
-        places = [at for at, id_ in enumerate(kinds) if id_ in loop]
-        for at, id_ in zip(places, sorted(loop, key=number.__getitem__)):
+    loops = [found for found in nx.strongly_connected_components(graph)
+             if len(found) > 1 or any(id_ in sources.get(id_, ()) for id_ in found)]
+    of = {id_: at for at, loop in enumerate(loops) for id_ in loop}
+    places: list[list[int]] = [[] for _ in loops]
+    for at, id_ in enumerate(kinds):
+        if id_ in of:
+            places[of[id_]].append(at)
+    for loop, own in zip(loops, places):
+        for at, id_ in zip(own, sorted(loop, key=number.__getitem__)):
             turns[at] = id_
-    return turns
+    return turns, loops
 
 
 def _backwards(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -> tuple[list[str], bool]:
