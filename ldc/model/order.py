@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from ldc.diagnostics import Diagnostics, Label
 from ldc.model import declaration_findings as findings
@@ -12,8 +12,7 @@ from ldc.model.walk import callees, calls_in
 from ldc.parser import ast, sfc
 from ldc.parser.unread import UnreadPaths
 from ldc.source import Span
-from ldc.symbols import Variable
-from ldc.types import Instance, blocks_in
+from ldc.types import blocks_in
 
 DEEPEST_CALLS = 100
 # Comments and strings are passed over; a word, and whether a bracket follows it.
@@ -23,14 +22,17 @@ _WORD = re.compile(
 )
 
 
-def call_order(
-    pous: dict[str, Pou], shared: Mapping[str, Variable], diagnostics: Diagnostics
+def call_order(pous: dict[str, Pou], diagnostics: Diagnostics) -> tuple[str, ...]:
+    """The POUs (capitals), callees first; a circle is reported once and its POUs still appear."""
+    return ordered(pous, {key: {} for key in pous}, diagnostics)
+
+
+def ordered(
+    pous: dict[str, Pou], further: dict[str, dict[str, Span | None]], diagnostics: Diagnostics
 ) -> tuple[str, ...]:
-    """The POUs (capitals), callees first; a circle is reported once and its POUs still appear. ``shared``: the
-    global variables, of which instances are called too."""
-    named = {key: key for key, pou in pous.items() if pou.signature.kind == "FUNCTION"}
-    named |= {key: v.type.pou for key, v in shared.items() if isinstance(v.type, Instance) and v.type.pou in pous}
-    calls = {key: dict(_callees(key, pou, pous, named)) for key, pou in pous.items()}
+    """As ``call_order``; ``further``: by POU whom else it calls, and where, which no declaration tells."""
+    functions = {key for key, pou in pous.items() if pou.signature.kind == "FUNCTION"}
+    calls = {key: dict(_callees(key, pou, pous, functions)) | further[key] for key, pou in pous.items()}
     order: list[str] = []
     depth: dict[str, int] = {}
     state: dict[str, int] = {}  # 1: being visited, 2: done
@@ -69,36 +71,35 @@ def _report(cycle: list[str], pous: dict[str, Pou], calls, diagnostics: Diagnost
 
 
 def _callees(
-    key: str, pou: Pou, pous: dict[str, Pou], named: Mapping[str, str]
+    key: str, pou: Pou, pous: dict[str, Pou], functions: set[str]
 ) -> Iterator[tuple[str, Span | None]]:
     """The POUs of the project that ``pou`` uses, with one place where it does."""
     for variable in pou.variables.values():
         if variable.kind != "external":
             yield from ((held, variable.span) for held in blocks_in(variable.type) if held in pous)
-    if not named:
+    if not functions:
         return
-    own = {name for name, variable in pou.variables.items() if variable.kind != "external" and name != key}
     for body in sfc.parts_of(pou):
-        yield from ((named[name], at) for name, at in _called(key, body, named) if name not in own)
+        yield from _called(key, body, functions)
     if isinstance(pou.body, sfc.SfcBody):
         for node in (call for expression in sfc.expressions(pou.body) for call in calls_in(expression)):
-            if node.name.upper() in named:
-                yield named[node.name.upper()], node.span
+            if node.name.upper() in functions:
+                yield node.name.upper(), node.span
 
 
-def _called(key: str, body: sfc.Body, named: Mapping[str, str]) -> Iterator[tuple[str, Span]]:
-    """The FUNCTIONs that a body calls or names, and the instances, in capitals."""
+def _called(key: str, body: sfc.Body, functions: set[str]) -> Iterator[tuple[str, Span]]:
+    """The FUNCTIONs that a body calls."""
     if isinstance(body, ast.LadderBody):
         for rung in body.rungs:
-            if isinstance(rung.paths, UnreadPaths) and named.keys().isdisjoint(rung.paths.head.calls):
+            if isinstance(rung.paths, UnreadPaths) and functions.isdisjoint(rung.paths.head.calls):
                 continue
             for name, node in callees(rung):
-                if name.upper() in named:
+                if name.upper() in functions:
                     yield name.upper(), node.span
         return
     at = body.span
     for match in _WORD.finditer(at.source.text, at.start, at.end):
         name = match[1].upper() if match[1] else ""
         # Inside a FUNCTION its own name is its result, unless it is called.
-        if name in named and (match[2] or named[name] == name != key):
+        if name in functions and (name != key or match[2]):
             yield name, Span(at.source, match.start(1), match.end(1))

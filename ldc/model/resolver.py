@@ -104,7 +104,7 @@ class _Resolver:
             for pou in blocks_in(variable.type):
                 if pou not in used:
                     used[pou] = blocks.signature(pou)
-        order = call_order(self._built, global_variables, self.diagnostics)
+        order = call_order(self._built, self.diagnostics)
         check_sizes(self._built, order, global_variables, self.diagnostics)
         model = Model(
             pous=self._built, types=self.types.types(), globals=global_variables, signatures=used,

@@ -47,7 +47,7 @@ def elements_in(rung: ast.Rung) -> Iterator[ast.Contact | ast.Coil | ast.Block |
 
 
 def callees(rung: ast.Rung) -> Iterator[tuple[str, ast.Block | ast.Call]]:
-    """What the rung calls by name: functions, instances, and calls in its expressions."""
+    """What the rung calls by name: blocks without an instance, and calls in its expressions."""
     for element in elements_in(rung):
         match element:
             case ast.Contact():
@@ -57,8 +57,6 @@ def callees(rung: ast.Rung) -> Iterator[tuple[str, ast.Block | ast.Call]]:
             case ast.Block():
                 if element.instance is None:
                     yield element.type, element
-                elif type(element.instance) is ast.Name:
-                    yield element.instance.name, element
                 values = (p.value for p in element.pins)
                 expressions = tuple(v for v in values if not isinstance(v, ast.Branches | ast.Junction))
             case _:

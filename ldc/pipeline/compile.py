@@ -34,6 +34,7 @@ from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.sfc import bodies as sfc_bodies
 from ldc.parser.sfc import rungs_of
 from ldc.parser.statements import StatementBody
+from ldc.pipeline.global_calls import callees_first
 from ldc.pipeline.results import BodyCode, Compiled, Options, RungBuild, Timings
 from ldc.pipeline.rungs import Rungs
 from ldc.source import SourceFile
@@ -107,6 +108,8 @@ class _Compile:
         self.remember()
         result = Compiled(self.sources, self.diagnostics, project, meant, self.model, builds, timings=self.timings,
                           natives=tuple(self.natives), components=self.components)
+        if not self.diagnostics.has_errors:
+            units = callees_first(units, self.model, self.diagnostics)
         if self.diagnostics.has_errors:
             return result
         with self.timings.of("image"):
