@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from functools import cache
 from importlib import resources
 
+from ldc.patterns import Pattern
 from ldc.records import record
+from ldc.similar import similar
 
-_TITLE = re.compile(r"# (LD\d{4}): (.+)")
+_TITLE = Pattern(r"# (LD\d{4}): (.+)")
 
 
 _LOOKALIKES = str.maketrans("OIL", "011")
@@ -47,5 +48,5 @@ def nearest(code: str, count: int = 3) -> tuple[str, ...]:
     asked = code.upper() if code[:1].isalpha() else f"LD{code}"
     asked = asked[:2] + asked[2:].translate(_LOOKALIKES)
     begun = [known for known in codes() if len(asked) > 2 and known.startswith(asked)]
-    close = difflib.get_close_matches(asked, codes(), count, 0.6)
+    close = similar(asked, codes(), count, 0.6)
     return tuple(dict.fromkeys([*begun, *close]))[:count]

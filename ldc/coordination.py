@@ -11,12 +11,11 @@ Values are as written: whether the program has these modules and variables is kn
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
-from ldc.records import record
+from ldc.records import field, record
 from ldc.toml_tables import Path, Tables
 
 SECTIONS = ("sequence", "messages", "safety", "plant")

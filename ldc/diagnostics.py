@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field
 from enum import StrEnum
 
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import Span
 
 

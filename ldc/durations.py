@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from ldc.patterns import Pattern
+
 _UNITS = {
     "d": 86_400_000_000_000,
     "h": 3_600_000_000_000,
@@ -14,7 +16,7 @@ _UNITS = {
     "µs": 1_000,
     "ns": 1,
 }
-_PART = re.compile(r"(\d[\d_]*(?:\.\d+)?)\s*(ms|us|µs|ns|d|h|m|s)_?")
+_PART = Pattern(r"(\d[\d_]*(?:\.\d+)?)\s*(ms|us|µs|ns|d|h|m|s)_?")
 
 
 def parse_duration(text: str) -> int | None:

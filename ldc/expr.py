@@ -6,9 +6,7 @@ meaning) and IL (whose operands are ``Const`` and ``Place``).
 
 from __future__ import annotations
 
-from dataclasses import field
-
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import Span
 from ldc.types import BOOL, Scalar, Type
 

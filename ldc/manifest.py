@@ -16,7 +16,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -29,8 +28,9 @@ from ldc.diagnostics import Diagnostics
 from ldc.durations import parse_duration
 from ldc.model.settings import Settings, TaskSetting
 from ldc.parser.formats import SUFFIXES
+from ldc.patterns import Pattern
 from ldc.reading import missing, read_source
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import SourceFile, Span, as_text
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml
@@ -42,7 +42,7 @@ _SHARED = (".csv", ".txt")
 OPENPLC = "project.json"
 _POU_ENDINGS = (".ld", ".fbd", ".st", ".il", ".py", ".cpp")
 
-_NO_SLAVE = re.compile(r"slave(?![1-4]$)\d+")
+_NO_SLAVE = Pattern(r"slave(?![1-4]$)\d+")
 _SLAVE, _SLAVES = re.compile(r"slave[1-4]"), 4
 
 Name = Annotated[str, Meta(min_length=1)]

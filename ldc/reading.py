@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from ldc.diagnostics import Diagnostics
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
 LIMIT = 64 * 1024 * 1024
@@ -14,12 +15,12 @@ LIMIT = 64 * 1024 * 1024
 _EIGHT_BITS = (b"LDmicro", b"_FILES_CLASSICLADDER")
 """How files of tools begin that write the bytes of a code page; only comments have others than ASCII."""
 
-_TABLE = re.compile(rb'^"?\d*"?\t"?[^"\t\n]*"?\t"?(?:LD|NOP|P\d)', re.MULTILINE)
+_TABLE = Pattern(rb'^"?\d*"?\t"?[^"\t\n]*"?\t"?(?:LD|NOP|P\d)', re.MULTILINE)
 """A row of a table that GX Works writes; all but its comments is ASCII."""
-_JAPANESE = "\u30b9\u30c6\u30c3\u30d7".encode("cp932")
+_JAPANESE = b"\x83X\x83e\x83b\x83v"  # in code page 932
 """The first word of the names of its columns."""
-_XML = re.compile(rb"""\s*<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([A-Za-z][\w.-]{0,30})["']""")
-_ENCODINGS = re.compile(
+_XML = Pattern(rb"""\s*<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([A-Za-z][\w.-]{0,30})["']""")
+_ENCODINGS = Pattern(
     r"(iso|windows|cp|koi8|mac|gb|big5|shift|sjis|euc|ks|us-ascii|ascii|latin)[\w.-]*\Z", re.IGNORECASE
 )
 _UTF_16 = {

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostic, Locate, Place, Severity
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import SourceFile
 
 SHOWN = 50

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
 
-from ldc.records import record
+from ldc.records import entity, field, record
 
 
 def as_text(path: str) -> str:
@@ -13,13 +12,13 @@ def as_text(path: str) -> str:
     return path.encode("utf-8", "backslashreplace").decode()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@entity
 class SourceFile:
     """One text that is compiled. ``path`` is what the user typed, for messages only."""
 
     path: str
     text: str
-    _line_starts: list[int] = field(default_factory=list, init=False, repr=False)
+    _line_starts: list[int] = field(default_factory=list, repr=False)
 
     @property
     def name(self) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import field
 
-from ldc.records import record
+from ldc.patterns import Pattern
+from ldc.records import field, record
 from ldc.source import Span
 from ldc.types import Type, Value
 
-_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d{1,9})(?:\.(\d{1,2}))?\Z", re.IGNORECASE)
+_ADDRESS = Pattern(r"%([IQM])([XBWDL]?)(\d{1,9})(?:\.(\d{1,2}))?\Z", re.IGNORECASE)
 WIDTH = {"X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
 
 

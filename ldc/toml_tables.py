@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeVar, get_args, get_origin
@@ -11,6 +10,8 @@ import msgspec
 from msgspec import Struct
 
 from ldc.diagnostics import Diagnostics
+from ldc.patterns import Pattern
+from ldc.similar import similar
 from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry, toml_spans
 
@@ -26,7 +27,7 @@ _WORDS = {
     "object": "a table",
     "null": "nothing",
 }
-_EXPECTED = re.compile(r"Expected `([^`]+)`(?:, got `([^`]+)`| (?:of length )?(.+?))?(?: - at `\$(.*)`)?\Z")
+_EXPECTED = Pattern(r"Expected `([^`]+)`(?:, got `([^`]+)`| (?:of length )?(.+?))?(?: - at `\$(.*)`)?\Z")
 
 
 class Tables:
@@ -114,7 +115,7 @@ class Tables:
         for key in data:
             if key in known:
                 continue
-            close = difflib.get_close_matches(key.lower(), known, 1)
+            close = similar(key.lower(), known, 1)
             entry = self.spans.get((*path, key)) or next(
                 (e for p, e in self.spans.items() if p[: len(path) + 1] == (*path, key)), None
             )

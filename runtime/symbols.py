@@ -6,16 +6,16 @@ The name of the program instance may be left out when there is a single one (DES
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterable, Iterator
 
 from ldc.expr import strides
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Root, slot
 
-_TOKEN = re.compile(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
+_TOKEN = Pattern(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
 _LONGEST = 1000
 Key = str | int
 

@@ -8,13 +8,12 @@ reads them. What has nothing to do is not activated: a slave whose algorithms re
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination, paths
 from ldc.il.placement import NoRoom, Placed, placed, points
-from ldc.records import record
+from ldc.records import record, replace
 from runtime import spending
 from runtime.cost import Cost
 from runtime.faults import Fault, TaskOverdue

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 BASE = {"ldc", "ldc.collector", "ldc.patterns", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr",
-        "ldc.symbols", "ldc.free_names"}
+        "ldc.symbols", "ldc.free_names", "ldc.similar"}
 FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
 COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ldc.components", "ldc.backends"]
 
@@ -24,10 +24,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "ldc.types": {"ldc.records"},
     "ldc.diagnostics": {"ldc.records", "ldc.source"},
     "ldc.expr": {"ldc.records", "ldc.source", "ldc.types"},
-    "ldc.symbols": {"ldc.records", "ldc.source", "ldc.types"},
-    "ldc.durations": set(),
+    "ldc.symbols": {"ldc.patterns", "ldc.records", "ldc.source", "ldc.types"},
+    "ldc.durations": {"ldc.patterns"},
     "ldc.free_names": set(),
-    "ldc.codes": {"ldc.records"},
+    "ldc.similar": set(),
+    "ldc.codes": {"ldc.patterns", "ldc.records", "ldc.similar"},
     "ldc.render": BASE,
     "ldc.reports": BASE | {"ldc.codes"},
     "ldc.reading": BASE,

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 from typing import NoReturn
 
 from ldc import __version__
 from ldc.durations import parse_duration
+from ldc.similar import similar
 
 _FIRMWARE = ("cortex-m3", "cortex-m4", "cortex-m33")
 _SRC = "a .ld, .st or .il file, one of another tool, an ldc.toml, or a folder with one"
+
+
+def _unsized(prog: str) -> argparse.HelpFormatter:
+    """What checks the grammar as it is made. To know how wide the terminal is takes modules that few need."""
+    return argparse.RawDescriptionHelpFormatter(prog, width=80)
 
 
 class _Parser(argparse.ArgumentParser):
     """Errors in two lines: what is wrong, and where to read on."""
 
     def __init__(self, **settings) -> None:
-        settings.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
-        super().__init__(allow_abbrev=False, **settings)
+        super().__init__(allow_abbrev=False, formatter_class=_unsized, **settings)
+
+    def format_help(self) -> str:
+        self.formatter_class = argparse.RawDescriptionHelpFormatter
+        return super().format_help()
 
     def error(self, message: str) -> NoReturn:
         message = message.replace("the following arguments are required:", "missing:")
@@ -27,7 +35,7 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
             names = [str(choice) for choice in action.choices]
-            close = difflib.get_close_matches(str(value), names, 1)
+            close = similar(str(value), names, 1)
             hint = f"did you mean `{close[0]}`?" if close else f"choose from: {', '.join(names)}"
             what = "command" if isinstance(action, argparse._SubParsersAction) else "choice"
             raise argparse.ArgumentError(None, f"unknown {what} `{value}`; {hint}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 
 from ldc import pipeline
@@ -18,6 +17,7 @@ from ldc.il.coordination import (
 from ldc.il.program import Resource
 from ldc.library.generic import kind, widens
 from ldc.manifest import Manifest
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import BOOL, UDINT, Type, storage

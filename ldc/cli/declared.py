@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 
 from ldc import pipeline
 from ldc.diagnostics import Diagnostic, Label
 from ldc.il.program import Program
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import Array, Instance

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import shutil
 import sys
 from collections.abc import Iterator
@@ -26,6 +25,7 @@ from ldc.draw import (
 from ldc.model import resolve
 from ldc.parser import ast, parse_files
 from ldc.parser.sfc import SfcBody
+from ldc.similar import similar
 
 
 def run(options: argparse.Namespace) -> int:
@@ -100,7 +100,7 @@ def _find(project: ast.Project, wanted: str) -> tuple[ast.Pou, int, ast.Rung]:
     ]
     if not found:
         names = {rung.name.upper(): rung.name for _, _, rung in _rungs(project) if rung.name}
-        close = [names[key] for key in difflib.get_close_matches(name, names, 1)]
+        close = [names[key] for key in similar(name, names, 1)]
         hint = f"; did you mean `{close[0]}`?" if close else ""
         raise UsageError(f"no rung `{wanted}`{hint}")
     if len(found) > 1:

@@ -5,8 +5,7 @@ Places in the source are left out, so that two texts that mean the same print th
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
-
+from ldc.records import is_record
 from ldc.source import SourceFile, Span
 
 
@@ -23,18 +22,18 @@ def dump(root: object) -> str:
         if isinstance(value, tuple):
             lines.append(f"{indent}{name}:")
             todo += [(depth + 1, "", item) for item in reversed(value)]
-        elif is_dataclass(value):
+        elif is_record(value):
             plain, below = [], []
-            for field in fields(value):
-                content = getattr(value, field.name)
+            for field in value.__match_args__:
+                content = getattr(value, field)
                 if isinstance(content, SourceFile):
                     plain.append(content.path)
                 elif content is None or isinstance(content, Span) or content == ():
                     continue
                 elif _holds_nodes(content):
-                    below.append((depth + 1, field.name, content))
+                    below.append((depth + 1, field, content))
                 else:
-                    plain.append(f"{field.name}={_plain(content)}")
+                    plain.append(f"{field}={_plain(content)}")
             lines.append(" ".join([f"{indent}{name + ': ' if name else ''}{type(value).__name__}", *plain]))
             todo += reversed(below)
         else:
@@ -45,7 +44,7 @@ def dump(root: object) -> str:
 def _holds_nodes(value: object) -> bool:
     if isinstance(value, tuple):
         return any(map(_holds_nodes, value))
-    return is_dataclass(value)
+    return is_record(value)
 
 
 def _plain(value: object) -> str:

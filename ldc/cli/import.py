@@ -6,7 +6,6 @@ import argparse
 import os
 import secrets
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 from ldc import pipeline
@@ -18,6 +17,7 @@ from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import NAME, Sources
 from ldc.parser import format_of
 from ldc.parser.formats import named
+from ldc.records import replace
 from ldc.render import plural
 
 

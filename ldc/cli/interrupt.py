@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import threading
 
 
 class Unheeded:
@@ -13,10 +12,12 @@ class Unheeded:
 
     def begin(self) -> None:
         self._before = signal.getsignal(signal.SIGINT)
-        self._ours = (self._before is signal.default_int_handler
-                      and threading.current_thread() is threading.main_thread())
-        if self._ours:
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+        self._ours = self._before is signal.default_int_handler
+        try:
+            if self._ours:
+                signal.signal(signal.SIGINT, signal.SIG_DFL)
+        except ValueError:  # this is not the main thread: signals are no business of it
+            self._ours = False
 
     __enter__ = begin
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 from ldc.expr import FieldStep, Place
 from ldc.graph.rung import RAIL, RungGraph
 from ldc.il.program import Instr
 from ldc.model.elements import Block, Coil
 from ldc.pipeline import RungBuild
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.types import BOOL
 from runtime.faults import FAULTS
 from runtime.vm.frame import Frame

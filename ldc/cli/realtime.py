@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 
 from ldc import pipeline
 from ldc.cli import lateness, system
@@ -17,6 +16,7 @@ from ldc.cli.starting import is_system
 from ldc.diagnostics import Invalid
 from ldc.il.external import Binding
 from ldc.il.placement import NoRoom, Placed, placed, points
+from ldc.records import replace
 from runtime.field import Field, field_size
 from runtime.machine import Machine
 from runtime.master.part import MasterPart

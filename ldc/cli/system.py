@@ -8,7 +8,6 @@ import io
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -20,6 +19,7 @@ from ldc.components.pace import slaves
 from ldc.il.coordination import Coordination, Module
 from ldc.il.external import Binding
 from ldc.il.placement import Placed, placed, points
+from ldc.records import replace
 from runtime.cost import Cost
 from runtime.field import Field, field_size
 from runtime.machine import Machine

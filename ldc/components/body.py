@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 from ldc.components import findings
 from ldc.components.descriptor import ENABLE, ERROR, POWER, TIME_STEP, Component, Pin
@@ -22,6 +21,7 @@ from ldc.expr import Const, Place
 from ldc.il.placement import FED_ERROR, transfer_type
 from ldc.il.program import External, Instr, Pace, RungCode, Unit
 from ldc.model.project import Pou
+from ldc.records import replace
 from ldc.symbols import Variable
 from ldc.types import BOOL, TIME, UINT, Elementary, storage
 

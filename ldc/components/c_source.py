@@ -23,13 +23,14 @@ from ldc.components.descriptor import Component
 from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics
 from ldc.il import c_types
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.source import SourceFile, Span
 from ldc.types import Array
 
 INCLUDE = Path(__file__).with_name("include")
-_WHERE = re.compile(r"^[^:]*:(\d+):(\d+): (.*)$", re.DOTALL)
-_USE = re.compile(r"\w+\s*\(([\s(]*)\w+")
+_WHERE = Pattern(r"^[^:]*:(\d+):(\d+): (.*)$", re.DOTALL)
+_USE = Pattern(r"\w+\s*\(([\s(]*)\w+")
 _FRAMES = 50_000
 """Of pycparser, some thousand branches of `else if`: generated code has them. They are on no stack of C."""
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 
+from ldc.patterns import Pattern
 from ldc.records import record
 
-_MARKER = re.compile(r'^#(?:line)? (\d+) "((?:\\.|[^"\\\n])*)".*$', re.MULTILINE)
-_FOREIGN = re.compile(
+_MARKER = Pattern(r'^#(?:line)? (\d+) "((?:\\.|[^"\\\n])*)".*$', re.MULTILINE)
+_FOREIGN = Pattern(
     r"""
       (?P<literal> "(?:\\.|[^"\\\n])*" | '(?:\\.|[^'\\\n])*' )
     | (?P<directive> ^[ \t]*\#[^\n]* )
@@ -18,7 +19,7 @@ _FOREIGN = re.compile(
     """,
     re.MULTILINE | re.VERBOSE,
 )
-_PARENTHESES = re.compile(r""" "(?:\\.|[^"\\\n])*" | '(?:\\.|[^'\\\n])*' | [()] """, re.VERBOSE)
+_PARENTHESES = Pattern(r""" "(?:\\.|[^"\\\n])*" | '(?:\\.|[^'\\\n])*' | [()] """, re.VERBOSE)
 _STANDS_FOR = {"__builtin_offsetof": "0", "__builtin_va_arg": "0", "__builtin_va_list": "int"}
 
 

@@ -19,17 +19,18 @@ from ldc.components.descriptor import Component
 from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics
 from ldc.il import c_types
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 from ldc.types import Array
 
-_USE = re.compile(r"\b(PLC_M|PLC_D|LCD)\s*\(\s*(\w*)\s*\)")
-_RAW = re.compile(
+_USE = Pattern(r"\b(PLC_M|PLC_D|LCD)\s*\(\s*(\w*)\s*\)")
+_RAW = Pattern(
     r"(?:reinterpret_cast\s*<[^<>;]*\*\s*>\s*\(\s*"
     r"|\(\s*(?:const\s+|volatile\s+)*\w+(?:\s+\w+)*\s*\*+\s*\)\s*\(?\s*)"
     r"((?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uUlL]*)"
 )
-_CHANGES = re.compile(r"\.t?(data|bss)(?!\.rel\.ro)\b")
-_SKIP = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
+_CHANGES = Pattern(r"\.t?(data|bss)(?!\.rel\.ro)\b")
+_SKIP = Pattern(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
 
 
 def rewrite(

@@ -9,7 +9,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,7 +18,7 @@ from ldc.components import findings
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, parse_type
 from ldc.parser.lexer import KEYWORDS
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import SourceFile, Span
 from ldc.toml_spans import Entry
 from ldc.toml_tables import Tables, parse_toml

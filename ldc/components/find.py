@@ -9,11 +9,12 @@ from pathlib import Path
 from ldc.components import findings
 from ldc.components.descriptor import SUFFIX, Component, load
 from ldc.diagnostics import Diagnostics
+from ldc.patterns import Pattern
 from ldc.reading import read_source
 from ldc.records import record
 from ldc.source import SourceFile
 
-_QUOTED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
+_QUOTED = Pattern(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 GROUP = "ldc.components"
 """The entry point group. The value of an entry point is a package; the descriptors lie in its folder."""
 

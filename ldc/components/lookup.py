@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
-
 from ldc.components import findings
 from ldc.components.address_map import AddressMap, Symbol
 from ldc.diagnostics import Diagnostics
+from ldc.similar import similar
 from ldc.source import Span
 
 
@@ -14,7 +13,7 @@ def symbol(memory: AddressMap, macro: str, name: str, span: Span, diagnostics: D
     """The symbol that the processor of the map may read; None with a finding."""
     found = memory.find(macro, name)
     if found is None:
-        close = difflib.get_close_matches(name, memory.names(macro), 2)
+        close = similar(name, memory.names(macro), 2)
         findings.unknown_symbol(diagnostics, span, macro, name, close, memory.processor)
         return None
     if memory.processor not in found.readers:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Set
-from dataclasses import replace
 
 from ldc.components import find, interface, pace
 from ldc.components.descriptor import Component
@@ -11,7 +10,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.il.program import Unit
 from ldc.library import blocks
 from ldc.parser import ast
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
 

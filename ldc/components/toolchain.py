@@ -11,11 +11,12 @@ from pathlib import Path
 
 from ldc.components import findings
 from ldc.diagnostics import Diagnostics
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.source import SourceFile, Span
 
-_UNDEFINED = re.compile(r"^(?:\S*ld\S*: )?(.+?):(\d+): (undefined reference to .*)$", re.MULTILINE)
-_MESSAGE = re.compile(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.*)$", re.MULTILINE)
+_UNDEFINED = Pattern(r"^(?:\S*ld\S*: )?(.+?):(\d+): (undefined reference to .*)$", re.MULTILINE)
+_MESSAGE = Pattern(r"^(.+?):(\d+):(?:(\d+):)? (fatal error|error|warning): (.*)$", re.MULTILINE)
 
 
 MOST_KEPT = 4000

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from dataclasses import replace
 
 from ldc.draw import figures
 from ldc.draw.figures import Figure
 from ldc.draw.labels import Options
 from ldc.draw.sketch import RAIL, RIGHT, Group, Lane, Plan, Sketch, measure_group, sketch
 from ldc.parser import ast
-from ldc.records import record
+from ldc.records import record, replace
 
 BUDGET = 60_000
 """Figures that may be arranged, all attempts of a rung together, before junctions become tags."""

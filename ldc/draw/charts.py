@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from textwrap import dedent
 
 from ldc.draw.labels import shorten
 from ldc.parser import ast, sfc
 from ldc.parser.format_charts import association_text
 from ldc.parser.unparse import INDENT, expr_text
+from ldc.records import replace
 
 
 def ladders_of(pou: ast.Pou) -> tuple[ast.Pou, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import islice
 
 from ldc.draw.arrange import arrange
@@ -12,6 +11,7 @@ from ldc.draw.labels import BlockPins, Options
 from ldc.draw.unicode import Canvas
 from ldc.draw.wrap import bands
 from ldc.parser import ast
+from ldc.records import replace
 
 MOST_ELEMENTS = 60
 """Of a rung that is drawn as a whole."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields, is_dataclass
 from itertools import accumulate
 
 from ldc.diagnostics import Place
@@ -14,7 +13,7 @@ from ldc.draw.labels import BlockPins, shorten, standard_pins
 from ldc.parser import ast, format_of
 from ldc.parser.sfc import SfcBody, rungs_of
 from ldc.parser.unparse import expr_text
-from ldc.records import record
+from ldc.records import is_record, record
 from ldc.source import Span
 
 _LONGEST = 60
@@ -140,10 +139,10 @@ def _spans(item: ast.Item) -> Iterator[tuple[ast.Pin | None, Span]]:
         pin, node = work.pop()
         if isinstance(node, tuple):
             work += [(pin, part) for part in node]
-        elif is_dataclass(node) and not isinstance(node, Span | ast.Branches | ast.Path):
+        elif is_record(node) and not isinstance(node, Span | ast.Branches | ast.Path):
             pin = node if isinstance(node, ast.Pin) else pin
             yield pin, node.span
-            work += [(pin, getattr(node, f.name)) for f in fields(node) if f.name != "span"]
+            work += [(pin, getattr(node, name)) for name in node.__match_args__ if name != "span"]
 
 
 def rung_words(rung: ast.Rung, number: int) -> str:

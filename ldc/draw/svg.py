@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from html import escape
 
 from ldc.draw.arrange import Arrangement, arrange
@@ -16,6 +15,7 @@ from ldc.draw.style import CSS
 from ldc.draw.wrap import bands
 from ldc.parser import ast
 from ldc.parser.unparse import paths_text
+from ldc.records import replace
 from ldc.source import Span
 
 CELL, LINE, EDGE = 8, 20, 16

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import replace
 from itertools import accumulate
 
 from ldc.draw.arrange import Arrangement
 from ldc.draw.labels import Options
 from ldc.draw.layout import place
 from ldc.draw.shapes import Arrow, Drawing, Rail, Shape, Wire, extent
+from ldc.records import replace
 
 MARGIN = 5
 """Columns of a continuation: a piece of wire, the arrow head and up to three digits."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 
 from ldc.diagnostics import Diagnostics, Label
 from ldc.graph.rung import RAIL, JunctionUse, RungGraph
 from ldc.model.elements import Block, Coil, Contact, Element, Net, PinIn
+from ldc.similar import similar
 from ldc.source import Span
 
 _MOST = 4
@@ -77,8 +77,8 @@ def never_fed(graph: RungGraph, net: Net, diagnostics: Diagnostics) -> None:
     users = [graph.elements[user].span for user in graph.outgoing[net]]
     first, *others = uses or users
     fed = {use.name for use in graph.junctions if graph.incoming[use.net]}
-    similar = get_close_matches(graph.net_names[net], sorted(fed), 1)
-    help = f"did you mean `@{similar[0]}`?" if similar else (
+    near = similar(graph.net_names[net], sorted(fed), 1)
+    help = f"did you mean `@{near[0]}`?" if near else (
         "let a path end at this junction, or begin the path at the left rail")
     diagnostics.error(
         "LD0305", f"no power comes to {_net(graph, net)}", first, "nothing feeds this net",

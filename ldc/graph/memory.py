@@ -7,12 +7,11 @@ without doubt and no two rungs of a POU share one. A loop memory is ``_ldc_<key>
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from ldc.expr import Load
 from ldc.graph.order import Turn
 from ldc.graph.rung import RungGraph
 from ldc.model.elements import Block, Coil, Contact, Net
+from ldc.records import field, record
 from ldc.symbols import Variable
 from ldc.types import BOOL, Type
 
@@ -20,7 +19,7 @@ _CONTACT = {"rising": "P", "falling": "N"}
 _COIL = {"rising": "PC", "falling": "NC"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Memories:
     """``edges``: element index to the name of the memory of its previous operand (contact) or power
     (coil). ``powers``: (element, net) to the memory of what the element gave the net. ``nets``: the

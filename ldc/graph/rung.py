@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -27,7 +26,7 @@ class JunctionUse:
     span: Span
 
 
-@dataclass(frozen=True)
+@record
 class RungGraph:
     """One rung. Element ``i`` is the i-th in drawing order; ``heads[i]`` is the net that its power
     comes from and ``tails[i]`` the net that its power goes to.

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.il import findings
 from ldc.il.program import COMPARISON, LOGIC, Instr
 from ldc.library import functions
 from ldc.model.type_findings import described
 from ldc.model.values import Untyped, natural, same, settle
-from ldc.records import record
+from ldc.records import entity, field, record, replace
 from ldc.source import Span
 from ldc.types import REAL, Elementary, Subrange, Type, is_scalar
 
@@ -18,7 +16,7 @@ from ldc.types import REAL, Elementary, Subrange, Type, is_scalar
 POISON = Elementary("?", "unknown", 0)
 
 
-@dataclass(slots=True)
+@entity
 class Accumulator:
     """``type`` None and nothing ``loose``: undefined.
 

@@ -7,11 +7,10 @@ Paths are those of variables (`clamp.closed`, `%IX0.7`). Values are kept in memo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from struct import calcsize
 
 from ldc.il.areas import Area, areas
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.types import Elementary, Type, storage
 
 Value = bool | int | float

@@ -12,7 +12,6 @@ import gc
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import astuple
 
 import msgspec
 
@@ -64,6 +63,11 @@ def layout_of(data: bytes) -> Layout:
     """Where the symbols of an image lie, without reading its code. Raises BadImage."""
     with _parts(data) as (core, _):
         return Reader(_opened(core, 3, 6, 9), [[], [], ""]).layout()
+
+
+def _values(thing: Pace | External) -> list[object]:
+    """The fields of a record in their order."""
+    return [getattr(thing, name) for name in thing.__match_args__]
 
 
 def _opened(data: bytes | msgspec.Raw, *large: int) -> list:
@@ -169,8 +173,8 @@ class Writer:
     def more(self, u: Unit) -> list:
         """What only units of components have."""
         if u.pace is not None:
-            return [None, list(astuple(u.pace))]
-        return [] if u.external is None else [list(astuple(u.external))]
+            return [None, _values(u.pace)]
+        return [] if u.external is None else [_values(u.external)]
 
     def instr(self, i: Instr) -> list:
         row: list = [NUMBER[i.op], self.type(i.type), None if i.operand is None else self.operand(i.operand)]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from ldc.expr import TRUE, Apply, Const, FieldStep, IndexStep, Load, Place
 from ldc.il.emit import Emitter
 from ldc.il.values import Held, Value
 from ldc.library import functions
 from ldc.model.elements import Block, PinOut
+from ldc.records import replace
 from ldc.types import BOOL, Elementary, Type, default, storage
 
 DIVISIONS = frozenset(("DIV", "MOD", "DIVTIME"))

@@ -6,12 +6,12 @@ A body keeps the code that it has by itself. RETURN in it becomes a jump behind 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from ldc.il.emit import Emitter
 from ldc.il.lower_statements import lower_together
 from ldc.il.program import COMPARISON, Instr, RungCode
 from ldc.model.chart_control import Control, Guarded
+from ldc.records import replace
 from ldc.symbols import Variable
 from ldc.types import BOOL
 

@@ -8,7 +8,6 @@ variables.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 from ldc.expr import SHORT_CIRCUIT, TRUE, Apply, Const, Expr, IndexStep, Load, Place
 from ldc.il.emit import Emitter
@@ -17,6 +16,7 @@ from ldc.il.program import Instr, RungCode
 from ldc.il.values import Value, disjunction
 from ldc.library import functions
 from ldc.model import actions
+from ldc.records import entity, replace
 from ldc.symbols import Variable
 from ldc.types import BOOL, Elementary, storage
 
@@ -44,7 +44,7 @@ def lower_together(key: str, body: tuple[actions.Action, ...], max_paren_depth: 
     return emit.finish(), tuple(emit.temps.values())
 
 
-@dataclass(slots=True)
+@entity
 class _Loop:
     """Where EXIT and CONTINUE of a loop go; ``left``: whether some EXIT does. ``again`` emits what is
     done before the next round."""

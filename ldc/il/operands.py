@@ -12,12 +12,13 @@ from ldc.model.project import Pou
 from ldc.model.values import AnyEnum, Untyped
 from ldc.parser import ast
 from ldc.parser import parse_expression
+from ldc.patterns import Pattern
 from ldc.source import Span
 from ldc.types import Instance, Type
 
 Operand = Place | Const | Untyped | AnyEnum
 
-_NAME = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\Z", re.ASCII)
+_NAME = Pattern(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\Z", re.ASCII)
 _WORDS = frozenset(("TRUE", "FALSE", "NOT", "AND", "OR", "XOR", "MOD"))
 
 

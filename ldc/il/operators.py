@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.expr import Const, Place
 from ldc.il import findings, function_calls
 from ldc.il.accumulator import POISON, Accumulator, Open, base, common, plain
@@ -15,6 +13,7 @@ from ldc.il.scan import Line
 from ldc.library import functions
 from ldc.model.type_findings import described
 from ldc.model.values import AnyEnum, Untyped, same, settle
+from ldc.records import replace
 from ldc.types import BOOL, TIME, Type, storage
 
 _DEEPEST = 100

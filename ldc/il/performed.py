@@ -8,7 +8,6 @@ instead of the body when the input that chooses one says so.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
@@ -16,7 +15,7 @@ from ldc.free_names import free_name
 from ldc.il.program import Instr, RungCode, Unit
 from ldc.il.rename import renamed
 from ldc.model import call_findings as findings
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import INT

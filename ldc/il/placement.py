@@ -14,11 +14,10 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 from ldc.il.layout import state
 from ldc.il.program import Program, Resource, Unit
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.symbols import Variable
 from ldc.types import Array, Elementary, Instance, Scalar, Struct, Subrange, Type, default, is_scalar, storage
 

@@ -6,12 +6,11 @@ Variables of a program that others reach (``ldc.model.paths``) are globals with 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.expr import Place
 from ldc.free_names import free_name
 from ldc.il.program import Program, RungCode, Unit
 from ldc.il.rename import renamed
+from ldc.records import replace
 from ldc.symbols import Variable
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 from ldc.expr import Const, Place
 from ldc.il.declare import Declarations
@@ -17,6 +16,7 @@ from ldc.il.literals import literal, type_text
 from ldc.il.names import IL_WORDS, Names, renamed
 from ldc.il.plain import without_paths
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr, Operand, Program, RungCode, Unit
+from ldc.records import replace
 from ldc.symbols import Variable
 
 # After these a bare literal takes the type of the accumulator; elsewhere it must tell its own.

@@ -6,10 +6,8 @@ operators with parentheses, jumps to labels of the same POU.
 
 from __future__ import annotations
 
-from dataclasses import field
-
 from ldc.expr import Const, Place
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import BOOL, Type

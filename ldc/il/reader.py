@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.il import calls, findings, function_calls, operators
@@ -15,12 +14,14 @@ from ldc.il.scan import DEFERRED, Line, Mark
 from ldc.model.names import suggest
 from ldc.model.project import Pou
 from ldc.model.type_findings import described
+from ldc.patterns import Pattern
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Variable
 from ldc.types import BOOL
 
 # Names that the compiler gave to temporaries (``_ldc_t1``, ``_ldc_int_2``); others are memories.
-_TEMPORARY = re.compile(r"_ldc_(t\d+|[a-z0-9]+_\d+)\Z", re.IGNORECASE)
+_TEMPORARY = Pattern(r"_ldc_(t\d+|[a-z0-9]+_\d+)\Z", re.IGNORECASE)
 
 _MOST = 1_000
 

@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterable
 
 from ldc.il.program import Instr, RungCode
 from ldc.il.scan import Mark
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.source import Span
 
 # Keys that the compiler makes of a rung without a name: a digest and an ordinal.
-_UNNAMED = re.compile(r"r[0-9a-f]{8}_\d+\Z")
-_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
+_UNNAMED = Pattern(r"r[0-9a-f]{8}_\d+\Z")
+_NAME = Pattern(r"[A-Za-z_]\w*\Z", re.ASCII)
 _JUMPS = frozenset(("JMP", "JMPC", "JMPCN"))
 
 

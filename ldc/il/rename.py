@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from ldc.expr import Const, IndexStep, Load, Place
 from ldc.il.program import Instr
+from ldc.records import replace
 
 NameOf = Callable[[Place], str]
 """The name that the root of a place gets."""

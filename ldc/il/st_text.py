@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il import structure as il
@@ -18,6 +17,7 @@ from ldc.il.literals import literal, type_text
 from ldc.il.names import Names
 from ldc.il.plain import has_paths, without_paths
 from ldc.il.program import Program, Unit
+from ldc.records import replace
 from ldc.symbols import Variable
 from ldc.types import DINT, Array, Instance, Struct, Type
 

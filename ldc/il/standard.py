@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 from ldc.diagnostics import Diagnostics, Invalid
@@ -11,7 +10,8 @@ from ldc.il.reader import parse_unit
 from ldc.library import blocks
 from ldc.model import Scope, resolve
 from ldc.model.settings import Settings
-from ldc.parser import ast, parse_file
+from ldc.parser import ast, reader
+from ldc.records import replace
 from ldc.source import SourceFile
 
 
@@ -25,7 +25,7 @@ def unit(name: str) -> Unit:
         raise LookupError(name)
     diagnostics = Diagnostics()
     source = SourceFile(f"{name}.il", blocks.source(name))
-    project = ast.Project((parse_file(source, diagnostics),))
+    project = ast.Project((reader.parse_file(source, diagnostics),))
     model = resolve(project, diagnostics, Settings(library=True))
     found = None
     if not diagnostics.has_errors:

@@ -11,13 +11,12 @@ and, since hidden memories are operands too, for every number of scans (ADR 0004
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from math import prod
 
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.values import typed_function
 from ldc.library import functions
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type, storage
 

@@ -11,6 +11,7 @@ import re
 from functools import cache
 from pathlib import Path
 
+from ldc.patterns import Pattern
 from ldc.symbols import Parameter, Signature
 from ldc.types import DINT, ELEMENTARY, INT, LINT, UDINT, ULINT
 
@@ -21,8 +22,8 @@ _BLOCKS = {name: (name.lower(), None) for name in ("SR", "RS", "R_TRIG", "F_TRIG
     counter + suffix: (counter.lower(), type_)
     for counter in ("CTU", "CTD", "CTUD") for suffix, type_ in _COUNTED.items()
 } | {name: (name.lower(), None) for name in ("TP", "TON", "TOF")}
-_SECTION = re.compile(r"^VAR_(INPUT|OUTPUT)\n(.*?)^END_VAR", re.DOTALL | re.MULTILINE)
-_PIN = re.compile(r"^ +(\w+) : (\w+);", re.MULTILINE)
+_SECTION = Pattern(r"^VAR_(INPUT|OUTPUT)\n(.*?)^END_VAR", re.DOTALL | re.MULTILINE)
+_PIN = Pattern(r"^ +(\w+) : (\w+);", re.MULTILINE)
 
 
 def names() -> tuple[str, ...]:

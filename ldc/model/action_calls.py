@@ -6,8 +6,6 @@ ladder draws ``<name()>`` and ``<instance: name()>``. An instance is told by a p
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
 from ldc.free_names import free_name
@@ -17,7 +15,7 @@ from ldc.model.environment import Environment
 from ldc.model.pins import NetOf
 from ldc.model.wiring import Wiring
 from ldc.parser import ast
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.symbols import ACTION, Parameter, Signature
 from ldc.types import INT, Instance
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import functions
@@ -14,6 +12,7 @@ from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Value
 from ldc.parser import ast
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
 from ldc.types import DINT, Array, Instance, Type, is_scalar

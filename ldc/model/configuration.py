@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.model import declaration_findings as findings
@@ -14,6 +13,7 @@ from ldc.model.names import PREFIX, suggest
 from ldc.model.project import Model, Resource, Run, Task
 from ldc.model.settings import Settings, TaskSetting
 from ldc.parser import ast
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Location
 from ldc.types import BOOL, TIME, storage

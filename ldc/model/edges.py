@@ -7,11 +7,10 @@ use of the input in the body for its output Q. From outside the pin is what was 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ldc.model.names import PREFIX
 from ldc.parser import ast
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.symbols import Variable
 
 

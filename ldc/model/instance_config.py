@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.free_names import free_name
@@ -18,6 +17,7 @@ from ldc.model import declaration_findings as findings
 from ldc.model.project import Model
 from ldc.parser import ast
 from ldc.parser.unparse import type_text
+from ldc.records import entity, field, replace
 
 MOST = 10_000
 """Instances with something of their own."""
@@ -26,7 +26,7 @@ _OPEN = "*"
 _PLACED = ("VAR", "VAR_GLOBAL")
 
 
-@dataclass(slots=True)
+@entity
 class _Entry:
     """What VAR_CONFIG says about a path, and about what is inside of it (by names in capitals)."""
 

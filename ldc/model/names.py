@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from itertools import islice
 
 from ldc.library import blocks, functions
+from ldc.similar import similar
 from ldc.types import ELEMENTARY
 
 PREFIX = "_LDC_"
@@ -43,7 +43,7 @@ def suggest(name: str, candidates: Iterable[str]) -> str:
         least, first = len(name) - 2, (name[:1].lower(), name[:1].upper())
         names = islice((c for c in names if least <= len(c) <= least + 4 and c.startswith(first)), _COMPARED)
     spellings = {c.upper(): c for c in names if not c.upper().startswith(PREFIX)}
-    near = difflib.get_close_matches(name.upper(), spellings, 3, 0.6)
+    near = similar(name.upper(), spellings, 3, 0.6)
     if not near:
         return ""
     return "did you mean " + " or ".join(f"`{spellings[key]}`" for key in near) + "?"

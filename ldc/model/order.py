@@ -11,12 +11,13 @@ from ldc.model.project import Pou
 from ldc.model.walk import callees, calls_in
 from ldc.parser import ast, sfc
 from ldc.parser.unread import UnreadPaths
+from ldc.patterns import Pattern
 from ldc.source import Span
 from ldc.types import blocks_in
 
 DEEPEST_CALLS = 100
 # Comments and strings are passed over; a word, and whether a bracket follows it.
-_WORD = re.compile(
+_WORD = Pattern(
     r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\((?!\*))?)",
     re.DOTALL
 )

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from pathlib import PurePosixPath
 
@@ -17,11 +16,13 @@ from ldc.model.chart_names import ACTION, STEP
 from ldc.model.names import PREFIX
 from ldc.model.project import Model, Pou
 from ldc.parser import ast, sfc
+from ldc.patterns import Pattern
+from ldc.records import is_record, replace
 from ldc.source import SourceFile, Span
 from ldc.symbols import Variable
 
 _REACHED = ("local", "input", "output", "external")
-_PATH = re.compile(
+_PATH = Pattern(
     r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\""
     r"|([A-Za-z_]\w*)\s*\.\s*([A-Za-z_]\w*)", re.DOTALL)
 
@@ -129,10 +130,10 @@ def paths_in(pou: Pou | ast.Pou) -> Iterator[tuple[str, str]]:
             yield node.base.name.upper(), node.name.upper()
         elif isinstance(node, tuple):
             stack += node
-        elif is_dataclass(node) and not isinstance(node, Span):
+        elif is_record(node) and not isinstance(node, Span):
             stack += (getattr(node, name) for name in _fields(type(node)))
 
 
 @lru_cache(maxsize=None)
 def _fields(kind: type) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind) if field.name not in ("span", "name_span"))
+    return tuple(name for name in kind.__match_args__ if name not in ("span", "name_span"))

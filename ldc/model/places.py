@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Expr, FieldStep, IndexStep, Place, Step
 from ldc.model import call_findings, declaration_findings, expressions, parts
@@ -12,6 +10,7 @@ from ldc.model.environment import Environment
 from ldc.model.names import PREFIX, suggest
 from ldc.model.values import AnyEnum, Untyped, as_index, settle
 from ldc.parser import ast
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Location, Variable
 from ldc.types import (

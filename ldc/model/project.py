@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from ldc.model.edges import Edge
 from ldc.parser import ast
 from ldc.parser.sfc import Action, SfcBody
 from ldc.parser.statements import StatementBody
-from ldc.records import record
+from ldc.records import field, record
 from ldc.source import Span
 from ldc.symbols import Signature, Variable
 from ldc.types import Enum, Type
@@ -59,7 +57,7 @@ class Resource:
     runs: tuple[Run, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Model:
     """Everything that a rung may refer to. Dictionaries are keyed by names in capitals.
 

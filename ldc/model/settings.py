@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
-from ldc.records import record
+from ldc.records import field, record
 
 
 @record
@@ -25,7 +24,7 @@ class TaskSetting:
     watchdog: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Settings:
     """``image_bytes``: size of each of the areas %I, %Q and %M. ``tasks``: used when the text has no
     CONFIGURATION. ``modules``: PROGRAMs in the order in which they run, those of one task one behind the

@@ -7,11 +7,11 @@ sensible node (a wrong literal, a reserved name), ``failed`` is set, and the uni
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from ldc.parser import ast, literals, operators, statements
 from ldc.parser.findings import Findings
 from ldc.parser.lexer import Tokens
+from ldc.records import replace
 from ldc.source import Span
 from ldc.types import ELEMENTARY
 

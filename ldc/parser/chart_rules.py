@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.parser import ast, sfc
 from ldc.parser.builder import Values
 from ldc.parser.declarations import FileBuilder
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import Span
 
 

@@ -6,15 +6,14 @@ A part that is wrong gives its findings and is left out.
 
 from __future__ import annotations
 
-import difflib
-from dataclasses import replace
-
 from ldc.parser import ast, sfc
 from ldc.parser.findings import cut
 from ldc.parser.lexer import SECTIONS
 from ldc.parser.statements import StatementBody
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
+from ldc.records import replace
+from ldc.similar import similar
 from ldc.source import Span
 
 STARTS = ("INITIAL_STEP", "STEP", "TRANSITION", "ACTION")
@@ -104,7 +103,7 @@ class _Reader:
         self._seek()
         if not self.units.bad(begin, self.at):
             word = cut(self.tokens.text(begin)).upper()
-            near = difflib.get_close_matches(word, STARTS, 1, 0.75) if self.types[begin] == "NAME" else ()
+            near = similar(word, STARTS, 1, 0.75) if self.types[begin] == "NAME" else ()
             self.findings.outside_of_chart(begin, near[0] if near else "")
             self.at += bool(near) and self._kind() in ENDS
 
@@ -137,7 +136,7 @@ class _Reader:
 
     def _misspelt(self, index: int, end: str) -> bool:
         return self.types[index] == "NAME" and bool(
-            difflib.get_close_matches(cut(self.tokens.text(index)).upper(), [end], 1, 0.75))
+            similar(cut(self.tokens.text(index)).upper(), [end], 1, 0.75))
 
     # ---- parts
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from functools import cache
 
 from ldc.diagnostics import Diagnostics
@@ -11,16 +10,18 @@ from ldc.library import blocks
 from ldc.library.functions import is_function
 from ldc.parser import ast, reader
 from ldc.parser.lexer import KEYWORDS
+from ldc.patterns import Pattern
+from ldc.records import entity, field
 from ldc.source import SourceFile, Span
 from ldc.types import ELEMENTARY
 
 RESERVED = frozenset((*KEYWORDS, *ELEMENTARY, "STRING", "WSTRING"))
 """Words, in capitals, that nothing can be called."""
 _LONGEST = 100
-_NOT_IN_NAMES = re.compile(r"\W+|__+", re.ASCII)
+_NOT_IN_NAMES = Pattern(r"\W+|__+", re.ASCII)
 
 
-@dataclass(slots=True)
+@entity
 class Reading:
     """One foreign source while it is read. ``format``: its name for messages; ``mend``: what helps where it
     breaks the rules of its format."""

@@ -53,8 +53,9 @@ def format_of(source: SourceFile) -> Format | None:
 
 def settled(files: tuple[ast.File, ...], diagnostics: Diagnostics) -> tuple[ast.File, ...]:
     """All files of a project, those of each format as they are together."""
+    formats = [format_of(file.source) for file in files]
     for format in FORMATS:
-        own = [at for at, file in enumerate(files) if format.settled and format.recognises(file.source)]
+        own = [at for at, known in enumerate(formats) if known is format and format.settled]
         if own:
             made = dict(zip(own, format.settled(tuple(files[at] for at in own), diagnostics), strict=True))
             files = tuple(made.get(at, file) for at, file in enumerate(files))

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.lexer import lex
 from ldc.parser.units import Units
+from ldc.records import is_record, replace
 from ldc.source import SourceFile, Span
 
 _PLAIN = re.compile(
@@ -80,6 +80,6 @@ def _moved(tree, span: Span):
         return span
     if isinstance(tree, tuple):
         return tuple(_moved(part, span) for part in tree)
-    if not is_dataclass(tree):
+    if not is_record(tree):
         return tree
-    return replace(tree, **{f.name: _moved(getattr(tree, f.name), span) for f in fields(tree)})
+    return replace(tree, **{f: _moved(getattr(tree, f), span) for f in tree.__match_args__})

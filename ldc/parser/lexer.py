@@ -8,9 +8,9 @@ known by its index.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from ldc.patterns import Pattern
+from ldc.records import entity
 from ldc.source import SourceFile, Span
 
 OPENING = {"(": ")", "[": "]", "{": "}"}
@@ -67,8 +67,8 @@ _SCAN = Pattern(
     re.VERBOSE | re.ASCII,
 )
 
-_NESTS = re.compile(r"\(\*|\*\)")
-_PRAGMA = re.compile(
+_NESTS = Pattern(r"\(\*|\*\)")
+_PRAGMA = Pattern(
     r"""\{\s*(?:attribute|warning|info|text|region|endregion|analysis|flow|nobp|bp|docu|messageguid|pack_mode)\b
         (?:[^{}'"]|'[^'\n]*'|"[^"\n]*")*\}""", re.VERBOSE | re.IGNORECASE)
 """What an editor or a compiler may do without."""
@@ -79,7 +79,7 @@ _BOUNDARY = Pattern(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@entity
 class Tokens:
     """All tokens of a text, in columns; ``comments`` are the spans (start, end) of what is no token."""
 

@@ -7,15 +7,15 @@ it several times as fast; the tables are lark's.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property
 
 from ldc.parser.tables import END, Tables
+from ldc.records import record
 
 Action = Callable[[object, list], object]
 
 
-@dataclass(frozen=True)
+@record
 class Failure:
     """No tree: the token at ``index`` cannot stand where it stands (``END``: the unit ends too early)."""
 

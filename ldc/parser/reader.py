@@ -6,9 +6,6 @@ bad rung or declaration gives its findings and is left out; the rest is read. Co
 
 from __future__ import annotations
 
-import difflib
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, charts, sfc, statements
 from ldc.parser.beyond import take_out
@@ -17,6 +14,8 @@ from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
 from ldc.parser.unread import Heads
+from ldc.records import replace
+from ldc.similar import similar
 from ldc.source import SourceFile, Span
 
 POUS = ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK")
@@ -140,7 +139,7 @@ class Reader:
         if self.units.bad(begin, self.at):
             return
         word = cut(self.tokens.text(begin)).upper()
-        near = difflib.get_close_matches(word, sorted(_STARTERS), 1, 0.75)
+        near = similar(word, sorted(_STARTERS), 1, 0.75)
         if near and self.types[begin] == "NAME":
             help = f"did you mean `{near[0]}`?"
         elif self.pous:
@@ -155,7 +154,7 @@ class Reader:
         if last <= first or self.types[last] != "NAME":
             return False
         word = cut(self.tokens.text(last)).upper()
-        if not difflib.get_close_matches(word, [end], 1, 0.75):
+        if not similar(word, [end], 1, 0.75):
             return False
         self.findings.wrong_end(last, end, first)
         return True
@@ -293,7 +292,7 @@ class Reader:
         self._seek(_BODY_STOPS)
         stop = self.at
         if self._kind() != end and stop > first and self.types[stop - 1] == "NAME":
-            if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
+            if similar(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
                 stop -= 1  # a misspelt END; _pou_end reports it
         to = self.tokens.starts[stop] if stop < len(self.types) else len(self.tokens.source.text)
         return read_body(self.units, first, stop, Span(self.tokens.source, start, to))
@@ -318,7 +317,7 @@ class Reader:
         first = self._skip(_STOPS)
         stop = self.at
         if self._kind() != end and self.types[stop - 1] == "NAME" and self.types[stop - 2] != ">>":
-            if difflib.get_close_matches(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
+            if similar(cut(self.tokens.text(stop - 1)).upper(), [end], 1, 0.75):
                 self.at = stop = stop - 1  # a misspelt END; _pou_end reports it
         if self.heads is not None:
             span = self.tokens.span(first, stop - 1)
@@ -332,7 +331,7 @@ class Reader:
 
     def _no_rung(self, end: str) -> None:
         """Something between declarations and rungs that is neither, or a stray END."""
-        if self.types[self.at] == "NAME" and difflib.get_close_matches(
+        if self.types[self.at] == "NAME" and similar(
                 cut(self.tokens.text(self.at)).upper(), [end], 1, 0.75):
             self.at += 1
             return
@@ -340,7 +339,7 @@ class Reader:
         if self.units.bad(begin, self.at):
             return
         word = cut(self.tokens.text(begin)).upper()
-        near = difflib.get_close_matches(word, (*SECTIONS, "RUNG", end), 1, 0.7)
+        near = similar(word, (*SECTIONS, "RUNG", end), 1, 0.7)
         if self.types[begin] == "{":
             self.findings.pragma(begin)
             return

@@ -6,13 +6,12 @@ wrong gives its findings and is left out; reading goes on behind its ``;`` or at
 
 from __future__ import annotations
 
-import difflib
-
 from ldc.parser import lr, syntax
 from ldc.parser import statements as st
 from ldc.parser.findings import MAX_DEPTH, cut
 from ldc.parser.lexer import SECTIONS
 from ldc.parser.units import Units
+from ldc.similar import similar
 from ldc.source import Span
 
 _BLOCKS = {
@@ -89,7 +88,7 @@ class _Reader:
         following = self.types[self.at + 1] if self.at + 1 < self.end else ";"
         if following not in _FOLLOW or word == "CONTINUE" and following == ";":
             return kind
-        meant = _OTHERS.get(word) or next(iter(difflib.get_close_matches(word, _MEANT, 1, 0.75)), None)
+        meant = _OTHERS.get(word) or next(iter(similar(word, _MEANT, 1, 0.75)), None)
         if meant is None or (following == ";") != (meant.startswith("END_") or meant in _LEAVING):
             return kind
         self.findings.misspelt(self.at, meant)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-
 from ldc.diagnostics import Label
 from ldc.parser.findings import Findings, cut
 from ldc.parser.lexer import KEYWORDS, OPENING, SECTIONS
 from ldc.parser.lr import Failure
 from ldc.parser.tables import END
+from ldc.similar import similar
 
 _OPERATORS = {"BINOP", "WORDOP", "=", "<", ">", "/", "-", "+"}
 _OPERAND = {"NAME", "INTEGER", "LITERAL", "NOT", "("}
@@ -87,8 +86,8 @@ def _meant(word: str, expected: frozenset[str]) -> str:
     """A keyword that looks much like the word, if it is one that could stand here or begin a section."""
     word = cut(word).upper()
     here = [w for w in _WORDS if KEYWORDS[w] in expected]
-    near = difflib.get_close_matches(word, _STRUCTURE, 1, 0.75)
-    return next(iter(near or difflib.get_close_matches(word, here, 1, 0.65)), "")
+    near = similar(word, _STRUCTURE, 1, 0.75)
+    return next(iter(near or similar(word, here, 1, 0.65)), "")
 
 
 def _list(expected: frozenset[str]) -> str:

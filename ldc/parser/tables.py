@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import msgspec
+
+from ldc.records import entity
 
 _FORMAT = "2"
 STARTS = ("rung", "single_expression", "single_type", "single_initial", "statement", "for_head",
@@ -22,7 +23,7 @@ STARTS = ("rung", "single_expression", "single_type", "single_initial", "stateme
 END = "$END"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@entity
 class Tables:
     """``actions[state][symbol]``: a state to go to (>= 0), or ``-1 - rule`` to reduce.
 

@@ -12,13 +12,14 @@ from ldc.parser.findings import MAX_DEPTH, MAX_OPERATORS, Findings
 from ldc.parser.lexer import BAD, MAX_TOKENS, MAX_WORD, OPENING, Tokens
 from ldc.parser.literals import Malformed
 from ldc.parser.tables import tables
+from ldc.patterns import Pattern
 
 _OPERATORS = frozenset(("BINOP", "WORDOP", "=", "<", ">", "/", "-", "+", "NOT", ".", "["))
 _PREFIXES = ("NOT", "-", "+")
 _NESTS = {**OPENING, "STRUCT": "END_STRUCT"}
 _CLOSES = frozenset(_NESTS.values())
 _SHOWN = 20
-_DURATION = re.compile(r"\d+(us|ms|[smhd])", re.IGNORECASE)
+_DURATION = Pattern(r"\d+(us|ms|[smhd])", re.IGNORECASE)
 
 
 class Units:

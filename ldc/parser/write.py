@@ -7,7 +7,6 @@ Comments are not in the tree; what a foreign source says about a variable become
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import count, groupby
 
 from ldc.diagnostics import Diagnostics
@@ -17,6 +16,7 @@ from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.sfc import SfcBody, bodies, parts_of
 from ldc.parser.statements import StatementBody
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
 Part = ast.Pou | ast.TypeDecl | ast.VarBlock | ast.Configuration

@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 
 from ldc import types
 from ldc.collector import resting
@@ -37,6 +36,7 @@ from ldc.parser.statements import StatementBody
 from ldc.pipeline.global_calls import callees_first
 from ldc.pipeline.results import BodyCode, Compiled, Options, RungBuild, Timings
 from ldc.pipeline.rungs import Rungs
+from ldc.records import replace
 from ldc.source import SourceFile
 
 # Trees of nets that hang one below another can be thousands deep; Python-to-Python calls take no C

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Mapping
 
 from ldc.graph.keys import stem
@@ -15,13 +14,14 @@ from ldc.model.meaning import meaning, surroundings
 from ldc.model.walk import callees
 from ldc.parser import ast
 from ldc.parser.unread import Head, UnreadPaths
+from ldc.patterns import Pattern
 from ldc.pipeline.memory import Memory
 from ldc.pipeline.results import Options, RungBuild
 from ldc.records import record
 from ldc.source import Span
 from ldc.symbols import Location, Variable
 
-_WORD = re.compile(r"[^\W\d]\w*")
+_WORD = Pattern(r"[^\W\d]\w*")
 
 
 @record

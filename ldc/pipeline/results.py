@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 from ldc.components import project as components
 from ldc.components.descriptor import Component
@@ -20,7 +19,7 @@ from ldc.manifest import Sources
 from ldc.model.project import Model
 from ldc.parser import ast
 from ldc.pipeline.memory import Memory
-from ldc.records import record
+from ldc.records import field, record
 from ldc.symbols import Variable
 
 
@@ -64,7 +63,7 @@ class BodyCode:
     hidden: tuple[Variable, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Compiled:
     """``program`` and ``image`` are None when there were errors. ``project``: what was written, ``meant``: with function
     blocks for programs that are called (``ldc.model.program_calls``). ``units``: rungs by POU name;

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Set
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.graph import rules
@@ -22,6 +21,7 @@ from ldc.parser import ast
 from ldc.parser.sfc import rungs_of
 from ldc.pipeline.recall import Recall, RungResult, jump_targets
 from ldc.pipeline.results import BodyCode, Options, RungBuild, Timings
+from ldc.records import replace
 from ldc.source import SourceFile
 from ldc.symbols import Location
 

@@ -8,11 +8,11 @@ whoever owns the part calls it, in virtual time or in a process of its own. """
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence, Set
-from dataclasses import replace
 
 from ldc.il.areas import areas
 from ldc.il.coordination import Coordination
 from ldc.il.placement import ERROR, Placed
+from ldc.records import replace
 from runtime import units
 from runtime.faults import TaskOverdue
 from runtime.machine import Machine, Schedule

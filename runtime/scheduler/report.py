@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
 
 from ldc.records import record
 from runtime.scheduler.thread import Thread
@@ -29,7 +28,7 @@ class Row:
     utilisation_percent: float
 
 
-COLUMNS = tuple(field.name for field in fields(Row))
+COLUMNS = Row.__match_args__
 
 
 def rows(processor: str, threads: Iterable[Thread], now_ns: int, began_ns: int = 0) -> tuple[Row, ...]:

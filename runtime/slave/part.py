@@ -26,12 +26,12 @@ not know yet.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from math import gcd
 from typing import TYPE_CHECKING
 
 from ldc.il.areas import PROCESSORS, areas
 from ldc.il.placement import Placed
+from ldc.records import replace
 from runtime import units
 from runtime.faults import Fault as RunFault
 from runtime.faults import Place, TaskOverdue, describe

@@ -7,10 +7,10 @@ arrays flat row-major lists, structures and instances objects of a class with ``
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from struct import Struct as Packer
 
 from ldc.il.program import Unit
+from ldc.records import replace
 from ldc.symbols import Location
 from ldc.types import Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Packed, slot

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
-
 from ldc.components.project import Native
 from ldc.diagnostics import Diagnostics
+from ldc.similar import similar
 from ldc.source import SourceFile, Span
 
 
 def no_board(diagnostics: Diagnostics, wanted: str, known: list[str]) -> None:
-    close = difflib.get_close_matches(wanted, known, 1)
+    close = similar(wanted, known, 1)
     hint = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}."
     _board(diagnostics, f"there is no board `{wanted}`", None, "",
            f"{hint} A board file is named with its ending, `my.toml`")

@@ -6,7 +6,6 @@ Instruction a FUNCTION.
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING
 
 from ldc.parser import ast
@@ -18,6 +17,7 @@ from ldc.parser.l5x.neutral import Instruction
 from ldc.parser.l5x.support import templates
 from ldc.parser.l5x.types import BOOL, is_integer, is_real
 from ldc.parser.l5x.values import Value, boolean, convert, literal
+from ldc.records import is_record, replace
 from ldc.source import Span
 
 if TYPE_CHECKING:
@@ -159,8 +159,8 @@ def _put(node: object, names: dict[str, ast.Expr], body: tuple[st.Statement, ...
         return tuple(found)
     if isinstance(node, ast.Name):
         return names.get(node.name, node)
-    if is_dataclass(node) and not isinstance(node, Span):
-        return replace(node, **{f.name: _put(getattr(node, f.name), names, body) for f in fields(node)})
+    if is_record(node) and not isinstance(node, Span):
+        return replace(node, **{f: _put(getattr(node, f), names, body) for f in node.__match_args__})
     return node
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.library import blocks, functions
 from ldc.parser import ast
@@ -18,6 +16,7 @@ from ldc.parser.l5x.types import Member, Structure, Text, Type, Types
 from ldc.parser.l5x.writer import Context
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.texts import prose
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
 NAME = "L5X"

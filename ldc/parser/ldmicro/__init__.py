@@ -5,13 +5,12 @@ What each instruction means: docs/import-ldmicro.md.
 
 from __future__ import annotations
 
-import re
-
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
+from ldc.patterns import Pattern
 from ldc.source import SourceFile
 
-_FIRST_LINE = re.compile(r"\s*LDmicro\d")
+_FIRST_LINE = Pattern(r"\s*LDmicro\d")
 
 
 def recognises(source: SourceFile) -> bool:

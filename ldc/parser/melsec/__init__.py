@@ -6,12 +6,13 @@ import re
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.melsec.rows import is_table
+from ldc.parser.melsec.table import first_step
+from ldc.patterns import Pattern
 from ldc.source import SourceFile
 
 __all__ = ["is_list", "read", "settled"]
 
-_FIRST = re.compile(
+_FIRST = Pattern(
     r"""(?>(?:\s++|;[^\n]*|//[^\n]*|\(\*(?s:.*?)\*\))*)(?:\d+[ \t]+)?
         (?:(?:LD|LDI|LDP|LDF)[ \t]+(?:[XYB][0-9A-F]+|(?:[MTCLF]|S[MT]?)\d+|[DW]\d+\.[0-9A-F])
             [ \t]*(?:[;/(\n]|\Z)
@@ -23,7 +24,7 @@ _FIRST = re.compile(
 def is_list(source: SourceFile) -> bool:
     """Whether the first line that says something is an instruction with a device of such a controller
     (Instruction List of IEC 61131-3 begins with a heading), or a table of GX Works begins."""
-    return _FIRST.match(source.text) is not None or is_table(source)
+    return _FIRST.match(source.text) is not None or first_step(source) is not None
 
 
 def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:

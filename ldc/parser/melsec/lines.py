@@ -6,16 +6,17 @@ import re
 from collections.abc import Iterator
 
 from ldc.parser.foreign import Reading
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.source import Span
 
 MAX_INSTRUCTIONS = 500_000
-_COMMENT = re.compile(r"(;|//)(.*)")
-_BLOCK = re.compile(r"\(\*.*?\*\)", re.DOTALL)
-_LINE = re.compile(
+_COMMENT = Pattern(r"(;|//)(.*)")
+_BLOCK = Pattern(r"\(\*.*?\*\)", re.DOTALL)
+_LINE = Pattern(
     r"[ \t]*(?:\d+[ \t]+)?(?P<name>[Dd]?[-+*/][Pp]?(?=\s)|[A-Za-z]\w*+(?:[<>=]{1,2}(?!\w))?)"
     r"(?P<colon>[ \t]*:)?(?P<rest>.*)")
-_OPERAND = re.compile(r"[^\s,]+")
+_OPERAND = Pattern(r"[^\s,]+")
 
 
 @record

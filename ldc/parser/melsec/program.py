@@ -15,7 +15,8 @@ from ldc.parser.melsec.family import Family, family_of
 from ldc.parser.melsec.lines import Instruction, Lines
 from ldc.parser.melsec.outputs import NO_WIRE, Outputs, label_of
 from ldc.parser.melsec.power import Power
-from ldc.parser.melsec.rows import Rows, is_table
+from ldc.parser.melsec.rows import Rows
+from ldc.parser.melsec.table import first_step
 from ldc.source import SourceFile, Span
 from ldc.types import ELEMENTARY
 
@@ -37,7 +38,7 @@ class Program:
 
     def __init__(self, source: SourceFile, diagnostics: Diagnostics) -> None:
         self.reading = Reading(source, FORMAT, diagnostics, mend="correct the list")
-        self.lines = Rows(self.reading) if is_table(source) else Lines(self.reading)
+        self.lines = Rows(self.reading) if first_step(source) else Lines(self.reading)
         self.devices = Devices(self.reading, self._family())
         self.names = Names(self.reading)
         self.outputs = Outputs(self.devices, self._instance, self._labels())

@@ -7,23 +7,16 @@ the controller.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from ldc.parser.foreign import Reading
 from ldc.parser.melsec.lines import MAX_INSTRUCTIONS, Comment, Instruction, Operand
+from ldc.parser.melsec.table import first_step
+from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
-_CELL = re.compile(r'"((?:[^"\n]|"")*)"|([^\t,\n"]*)')
-_STEP = re.compile(r'^"?\d*"?(?P<gap>[\t,])"?[^"\t\n]*"?(?P=gap)"?(?:LD[A-Z]*[<>=]*|NOP|P\d+)"?(?P=gap)',
-                   re.MULTILINE)
-_HEAD = 6_000
+_CELL = Pattern(r'"((?:[^"\n]|"")*)"|([^\t,\n"]*)')
 _STEPS, _STATEMENT, _WORD, _DEVICE, _NOTE = 0, 1, 2, 3, 6
-
-
-def is_table(source: SourceFile) -> bool:
-    """Whether a text begins like such a table: an instruction stands in the third cell of a row."""
-    return _STEP.search(source.text, 0, _HEAD) is not None
 
 
 class Rows:
@@ -37,7 +30,7 @@ class Rows:
 
     def _read(self) -> Iterator[Instruction]:
         source = self.reading.source
-        first = _STEP.search(source.text, 0, _HEAD)
+        first = first_step(source)
         gap = first["gap"] if first else "\t"
         word: Span | None = None
         operands: list[Operand] = []

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
+from ldc.records import replace
 
 _DEVICE = re.compile(r"[A-Z]{1,2}[0-9A-F]+\Z")
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.lexer import Tokens, lex
 from ldc.parser.openplc.values import JsonText, Value
+from ldc.records import replace
 from ldc.source import Span
 
 _KINDS = {"program": "PROGRAM", "function": "FUNCTION", "function-block": "FUNCTION_BLOCK"}

@@ -7,7 +7,6 @@ elements then mean is decided where that of PLCopen drawings is (docs/plcopen.md
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 from ldc.library import blocks
 from ldc.parser import ast
@@ -16,6 +15,7 @@ from ldc.parser.openplc.values import JsonText, Value
 from ldc.parser.plcopen.body import ladder
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions, Pins
+from ldc.records import replace
 from ldc.source import Span
 
 MAX_WIRES = 1_000_000

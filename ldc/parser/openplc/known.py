@@ -9,7 +9,7 @@ from ldc.source import SourceFile, Span
 
 FORMAT = "OpenPLC"
 _PROJECT = Pattern(r'\s*\{\s*"(?:meta|data)"\s*:')
-DRAWN = re.compile(r'\{\s*"(?:name|rungs|rung)"\s*:')
+DRAWN = Pattern(r'\{\s*"(?:name|rungs|rung)"\s*:')
 """The JSON of a drawing, behind the declarations of its POU."""
 
 _LATE_ADDRESS = Pattern(r":\s*[A-Za-z_]\w*(?:\s*\[[^\]\n]{1,80}\])?\s+AT\s+%", re.IGNORECASE)

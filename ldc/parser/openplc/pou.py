@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -16,6 +15,7 @@ from ldc.parser.openplc.types import plain_pou
 from ldc.parser.openplc.values import JsonText
 from ldc.parser.plcopen.guarded import Additions, Pins, added, pins_of, retype
 from ldc.parser.reader import POUS, Reader
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
 _HYBRID = {".py": "Python", ".cpp": "C++"}

@@ -6,8 +6,6 @@ stands, and read like these.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.findings import TooMany
@@ -22,6 +20,7 @@ from ldc.parser.plcopen.guarded import Pins
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.plcopen import texts
 from ldc.parser.reader import Reader
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
 _NOT_LOGIC = ("servers", "remoteDevices", "debugVariables")

@@ -7,7 +7,6 @@ Its runtime keeps bits, bytes and words apart, as that of Beremiz does, so both 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import islice
 
 from ldc.diagnostics import Diagnostics
@@ -15,6 +14,7 @@ from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.openplc.known import FORMAT
 from ldc.parser.plcopen import addresses, inputs
+from ldc.records import replace
 
 
 def settled(files: tuple[ast.File, ...], diagnostics: Diagnostics) -> tuple[ast.File, ...]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.parser import ast
+from ldc.records import replace
 from ldc.types import ELEMENTARY
 
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import findings
 from ldc.patterns import Pattern
+from ldc.records import replace
 from ldc.types import ELEMENTARY, Elementary
 
 _ADDRESS = Pattern(r"%([IQM])([XBWDL]?)(\d{1,6})(?:\.([0-7]))?\Z")

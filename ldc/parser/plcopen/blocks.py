@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ldc.library import blocks, functions
@@ -12,6 +11,7 @@ from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import RAIL, Element, Input, is_conditional
 from ldc.parser.plcopen.pins import NO_WIRE, OpenPins, usual
 from ldc.parser.plcopen.structured import statements
+from ldc.records import replace
 from ldc.source import Span
 from ldc.types import Elementary
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping
-from dataclasses import replace
 from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
@@ -15,6 +14,7 @@ from ldc.parser.plcopen import bodies, findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.reader import parse_expression
+from ldc.records import replace
 from ldc.source import Span
 
 # Attributes of steps in one vendor's exports: the POU's action that is executed while the step is active,

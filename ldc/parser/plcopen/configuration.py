@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, interface, kept, texts
 from ldc.parser.plcopen.document import Node
+from ldc.records import replace
 
 _UNITS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
 _MOST_PRIORITY = 65535

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.library import functions
@@ -12,6 +11,7 @@ from ldc.parser import statements as st
 from ldc.parser.plcopen import findings, kinds
 from ldc.parser.plcopen.kinds import Kind
 from ldc.parser.plcopen.rewrite import rewritten
+from ldc.records import replace
 from ldc.types import Elementary
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
 
@@ -15,6 +14,7 @@ from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
 from ldc.parser.plcopen.turns import in_loops
 from ldc.patterns import Pattern
+from ldc.records import entity
 from ldc.source import Span
 
 Output = tuple[str, str]
@@ -41,7 +41,7 @@ _NEAR = 100_000
 """Characters behind its beginning in which the last element of a text has its position."""
 
 
-@dataclass(slots=True, eq=False)
+@entity
 class Input:
     """``name``: of the pin. ``text``: an expression that stands at the pin itself. ``cut``: something was
     wired to it, which was left out."""
@@ -55,7 +55,7 @@ class Input:
     cut: bool = False
 
 
-@dataclass(slots=True, eq=False)
+@entity
 class OutputPin:
     """``texts``: variables that stand at the pin itself."""
 

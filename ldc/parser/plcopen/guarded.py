@@ -8,12 +8,12 @@ too, which gets the variables that they use.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Set
-from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 
 from ldc.library import blocks
 from ldc.parser import ast
 from ldc.parser import statements as st
+from ldc.records import entity, field, replace
 from ldc.source import Span
 from ldc.types import Elementary
 
@@ -21,7 +21,7 @@ _PINS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 Pins = dict[str, tuple[ast.VarDecl, ...]]
 
 
-@dataclass(slots=True)
+@entity
 class Additions:
     """What the rungs of a POU need beside what is declared. ``interfaces``: pins of the function blocks of
     the project, by name in capitals; ``functions``: those of the functions; ``local``: variables of the
@@ -160,9 +160,10 @@ def nodes(tree: object, kind: type | tuple[type, ...]) -> Iterator:
 @cache
 def _parts(class_: type) -> tuple[str, ...]:
     """The fields in which nodes of a class hold other nodes, the last one first."""
-    if not is_dataclass(class_) or class_ is Span:
+    if class_ is Span or not hasattr(class_, "__match_args__"):
         return ()
-    return tuple(f.name for f in reversed(fields(class_)) if f.type not in ("Span", "str", "bool"))
+    types = class_.__annotations__
+    return tuple(name for name in reversed(class_.__match_args__) if types[name] not in ("Span", "str", "bool"))
 
 
 def _written(tree: object) -> Iterator[str]:

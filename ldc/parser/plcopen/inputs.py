@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser import statements as st
 from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.guarded import nodes
+from ldc.records import replace
 
 _Holder = ast.Configuration | ast.Resource
 

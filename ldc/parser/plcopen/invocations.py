@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ldc.library import blocks
 from ldc.parser import ast
@@ -18,9 +17,11 @@ from ldc.parser.plcopen import kinds
 from ldc.parser.plcopen.guarded import Pins
 from ldc.parser.plcopen.pins import standard_names
 from ldc.parser.plcopen.rewrite import rewritten
+from ldc.patterns import Pattern
+from ldc.records import replace
 from ldc.types import Elementary
 
-_BITS_AND_REALS = re.compile(r"(BYTE|WORD)_TO_L?REAL|REAL_TO_(BYTE|D?WORD|LWORD)", re.IGNORECASE)
+_BITS_AND_REALS = Pattern(r"(BYTE|WORD)_TO_L?REAL|REAL_TO_(BYTE|D?WORD|LWORD)", re.IGNORECASE)
 _OTHERWISE = frozenset(("CTU", "CTD", "CTUD", "SR", "RS"))
 
 

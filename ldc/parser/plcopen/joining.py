@@ -10,8 +10,9 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right, insort
 from collections import Counter, deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from ldc.records import entity
 
 NOTHING, RAIL = -1, 0
 """No net; the left rail. Others are numbered from 1."""
@@ -31,7 +32,7 @@ class Bare(NamedTuple):
     pins: tuple[int, ...] = ()
 
 
-@dataclass(slots=True, eq=False)
+@entity
 class Edge:
     """``items`` in series; a list of edges is one of branches. ``first``: number of its first step.
 

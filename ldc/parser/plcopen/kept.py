@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
@@ -20,6 +19,7 @@ from ldc.parser.plcopen.drawing import RAIL, VALUES, Drawing, Element
 from ldc.parser.plcopen.turns import shown
 from ldc.parser.units import Units
 from ldc.patterns import Pattern
+from ldc.records import replace
 from ldc.source import Span
 
 NAMESPACE = "urn:ldc:plcopen"

@@ -10,14 +10,15 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.plcopen.document import Node
+from ldc.patterns import Pattern
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
-_NAMED = re.compile(r"<(?:[\w.-]+:)?globalVars\s[^>]*\bname\s*=")
-_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
+_NAMED = Pattern(r"<(?:[\w.-]+:)?globalVars\s[^>]*\bname\s*=")
+_NAME = Pattern(r"[A-Za-z_]\w*\Z", re.ASCII)
 
 
 class Lists:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
+from ldc.patterns import Pattern
 
-_INSIDE = re.compile(r"\(\*|\*\)")
-_OUTSIDE = re.compile(r"\(\*|//[^\n]*|'(?:[^'$\n]|\$[^\n])*'")
+_INSIDE = Pattern(r"\(\*|\*\)")
+_OUTSIDE = Pattern(r"\(\*|//[^\n]*|'(?:[^'$\n]|\$[^\n])*'")
 
 
 def nests(text: str, start: int, stop: int) -> bool:

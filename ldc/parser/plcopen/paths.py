@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from operator import attrgetter
 
 from ldc.parser import ast
 from ldc.parser.plcopen.joining import NOTHING, RAIL, Bare, Edge, Network, edges_of
 from ldc.parser.plcopen.ordering import in_turn
+from ldc.records import entity, replace
 
 RAIL_NET = ""
 _MOST = 200
@@ -24,7 +24,7 @@ _MOST = 200
 _OPERANDS = (ast.Name, ast.Direct, ast.Member, ast.Index, ast.Literal)
 
 
-@dataclass(slots=True)
+@entity
 class Step:
     """An element between two nets (None: none; RAIL_NET: the left rail), and the nets at its pins."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
@@ -35,7 +34,7 @@ from ldc.parser.plcopen.sfc import ChartReader
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.sfc import Action, Body, SfcBody
 from ldc.parser.statements import StatementBody
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import SourceFile, Span
 
 _KINDS = {"program": "PROGRAM", "functionblock": "FUNCTION_BLOCK", "function": "FUNCTION"}

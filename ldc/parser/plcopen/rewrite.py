@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass, replace
-from functools import cache
 
+from ldc.records import is_record, replace
 from ldc.source import Span
 
 
-@cache
-def _names(kind: type) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(kind))
-
-
 def _is_node(value: object) -> bool:
-    return type(value) is tuple or is_dataclass(value) and not isinstance(value, Span)
+    return type(value) is tuple or is_record(value) and not isinstance(value, Span)
 
 
 def rewritten(tree: object, change: Callable[[object], object]) -> object:
@@ -25,7 +19,7 @@ def rewritten(tree: object, change: Callable[[object], object]) -> object:
     done: list[object] = []
     while work:
         node, entered = work.pop()
-        parts = list(node) if type(node) is tuple else [getattr(node, name) for name in _names(type(node))]
+        parts = list(node) if type(node) is tuple else [getattr(node, name) for name in type(node).__match_args__]
         inner = [at for at, part in enumerate(parts) if _is_node(part)]
         if not entered and inner:
             work.append((node, True))
@@ -40,7 +34,7 @@ def rewritten(tree: object, change: Callable[[object], object]) -> object:
                     parts[at] = made
                 node = tuple(parts)
             elif changed:
-                names = _names(type(node))
+                names = type(node).__match_args__
                 node = replace(node, **{names[at]: made for at, made in changed})
         done.append(node if type(node) is tuple else change(node))
     return done[0]

@@ -7,10 +7,10 @@ sees either. Others repeat address and initial value of a global variable where 
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import replace
 
 from ldc.parser import ast
 from ldc.parser.foreign import Reading
+from ldc.records import replace
 
 _PINS = ("VAR_INPUT", "VAR_OUTPUT")
 

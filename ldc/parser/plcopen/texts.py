@@ -12,11 +12,12 @@ from ldc.parser.plcopen import findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.reader import parse_expression
 from ldc.parser.units import Units
+from ldc.patterns import Pattern
 from ldc.source import Span
 
-_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
-_ISO = re.compile(r"P(?:(\d+)D)?(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d+)(?:\.(\d{1,9})\d*)?S)?)?\Z", re.ASCII)
-_BARE_TIME = re.compile(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII | re.IGNORECASE)
+_NAME = Pattern(r"[A-Za-z_]\w*\Z", re.ASCII)
+_ISO = Pattern(r"P(?:(\d+)D)?(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d+)(?:\.(\d{1,9})\d*)?S)?)?\Z", re.ASCII)
+_BARE_TIME = Pattern(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII | re.IGNORECASE)
 
 
 def expression(span: Span, diagnostics: Diagnostics) -> ast.Expr | None:
