@@ -8,9 +8,9 @@ nanoseconds since 1970-01-01; strings are bytes (Latin-1), WSTRING is text.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
 
-from ldc.records import record
+from ldc.records import field, record
+
 
 Scalar = bool | int | float | bytes | str
 

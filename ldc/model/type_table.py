@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
 from ldc.model import declaration_findings as findings
@@ -11,7 +9,7 @@ from ldc.model.environment import Environment
 from ldc.model.initial import initial_value, integer, scalar
 from ldc.model.names import PREFIX, suggest
 from ldc.parser import ast
-from ldc.records import record
+from ldc.records import record, replace
 from ldc.source import Span
 from ldc.types import (
     DATE,

@@ -6,17 +6,16 @@ sensible node (a wrong literal, a reserved name), ``failed`` is set, and the uni
 
 from __future__ import annotations
 
-import re
-
 from ldc.parser import ast, literals, operators, statements
 from ldc.parser.findings import Findings
 from ldc.parser.lexer import Tokens
+from ldc.patterns import Pattern
 from ldc.records import replace
 from ldc.source import Span
 from ldc.types import ELEMENTARY
 
 Values = list
-_PART = re.compile(r"%[XBWDL][0-9]+")
+_PART = Pattern(r"%[XBWDL][0-9]+")
 
 
 class Builder:
