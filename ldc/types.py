@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 from ldc.records import field, record
 
-
 Scalar = bool | int | float | bytes | str
 
 
