@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 
 from ldc.free_names import free_name
@@ -18,6 +17,7 @@ from ldc.library import blocks
 from ldc.model.paths import paths_in
 from ldc.parser import ast, statements
 from ldc.parser.unparse import argument_text
+from ldc.records import is_record, replace
 from ldc.source import SourceFile, Span
 
 
@@ -192,7 +192,7 @@ def _calls(pou: ast.Pou, programs: Mapping[str, object]) -> Iterator[statements.
             yield from (name for name in _CALLED.findall(node.span.text) if name.upper() in programs)
         elif isinstance(node, statements.Invoke | ast.Block) and (name := _name(node)) in programs and name not in own:
             yield node
-        elif is_dataclass(node) and not isinstance(node, Span):
+        elif is_record(node) and not isinstance(node, Span):
             stack += (getattr(node, name) for name in _fields(type(node)))
 
 
@@ -211,7 +211,7 @@ def _map(node, change):
     if isinstance(node, tuple):
         made = tuple(_map(part, change) for part in node)
         return node if all(a is b for a, b in zip(made, node, strict=True)) else made
-    if not is_dataclass(node) or isinstance(node, Span):
+    if not is_record(node) or isinstance(node, Span):
         return node
     parts = {name: getattr(node, name) for name in _fields(type(node))}
     made = {name: new for name, old in parts.items() if (new := _map(old, change)) is not old}
@@ -221,4 +221,4 @@ def _map(node, change):
 
 @lru_cache(maxsize=None)
 def _fields(kind: type) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind) if field.name not in ("span", "name_span"))
+    return tuple(name for name in kind.__match_args__ if name not in ("span", "name_span"))
