@@ -193,3 +193,51 @@ END_PROGRAM
     names = ("w", "u", "v", "y", "d", "q", "p")
     assert trace(tmp_path, text, "main.st", [{}], names) == [
         (0xFB, 0xF0C8, 0xC, 0x28, 0x1FFF7, True, False)]
+
+
+def test_constants_of_other_integer_types_and_assignments_in_a_row(tmp_path: Path) -> None:
+    text = """VAR_GLOBAL CONSTANT
+    most : UINT := 5; size : UDINT := most * 2; room : INT := 16; short : USINT := room;
+END_VAR
+TYPE
+    Item  : STRUCT name : STRING(room); values : ARRAY [1..most] OF INT; END_STRUCT;
+    Small : INT (0..most);
+END_TYPE
+PROGRAM main
+VAR
+    i : UINT := 11; a, b, c : INT; d : DINT; part : Small; items : ARRAY [0..size - 1] OF Item; k : INT := 1;
+    text : STRING[short]; w : WORD;
+END_VAR
+    CASE i OF
+        most: c := 1;
+        0..most - 1: c := 2;
+        most + 1..size: c := 3;
+        size + 1: c := 4;
+    END_CASE;
+    d := items[size - 1].values[most] := a := b := b + 1;
+    items[k].values[k] := k := 2;
+    text := 'a text'; w.%B0 := 3;
+    i := i - 3;
+END_PROGRAM
+"""
+    rows = trace(tmp_path, text, "main.st", [{}, {}, {}, {}], (
+        "c", "a", "b", "d", "items[9].values[5]", "k", "items[2].values[2]", "text", "part"))
+    assert [row[0] for row in rows] == [4, 3, 1, 2]
+    assert rows[0][1:] == (1, 1, 1, 1, 2, 2, "a text", 0)
+
+
+@pytest.mark.parametrize(("body", "wanted"), [
+    ("IF a THEN JMP done; END_IF; done: n := 1;", ["LD0237", "LD0237"]), ("done: f : INT;", ["LD0237", "LD0101"]),
+    ("n := a := 3;", ["LD0403", "LD0402"]), ("n := w := ;", ["LD0101"]), ("CASE w OF 70000: n := 1; END_CASE;", ["LD0402"]),
+])
+def test_jumps_and_wrong_rows_are_told(body: str, wanted: list[str]) -> None:
+    text = f"PROGRAM main VAR a, b : BOOL; n : INT; w : WORD; END_VAR {body} END_PROGRAM"
+    assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == wanted
+
+
+@pytest.mark.parametrize("text", ["UNION a : INT; b : WORD; END_UNION END_TYPE", "UNION a : INT; END_UNION; END_TYPE",
+                                  "UNION a : INT;"])
+def test_a_union_is_told_once(text: str) -> None:
+    found = checked(f"TYPE U : {text} PROGRAM main VAR b : BOOL; u1 : U; END_VAR b := TRUE; END_PROGRAM", "main.st")
+    assert [d.code for d in found.diagnostics if d.severity == "error"][0] == "LD0237"
+    assert text[-1] == ";" or [d.code for d in found.diagnostics if d.severity == "error"] == ["LD0237"]

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Const
+from ldc.expr import Apply, Const, Load
 from ldc.model import declaration_findings as findings
 from ldc.model import expressions
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.type_findings import described, does_not_fit
-from ldc.model.values import const_fits
+from ldc.model.values import Value, coerce, const_fits, fits
 from ldc.parser import ast
-from ldc.types import Array, Elementary, Instance, Scalar, Struct, Type, Value, default, storage
+from ldc.types import Array, Elementary, Enum, Instance, Scalar, Struct, Type, Value, default, storage
 
 
 def scalar(
     env: Environment, node: ast.Expr, type_: Type | None, diagnostics: Diagnostics, what: str
 ) -> Const | None:
     """The value of a constant expression in the type that is asked for; None after an error."""
-    expr = expressions.expression(env, node, type_, diagnostics, what)
+    value = expressions.value(env, node, type_, diagnostics)
+    if value is None:
+        return None
+    known = known_integer(env, value, type_)
+    if known is not None:
+        return Const(known, storage(type_), node.span)
+    expr = coerce(value, type_, diagnostics, node.span, what)
     if expr is None:
         return None
     found = expressions.constant(env, expr)
@@ -29,6 +35,18 @@ def scalar(
         does_not_fit(diagnostics, node.span, f"the value {found!r}", type_)
         return None
     return Const(found, expr.type, node.span)
+
+
+def known_integer(env: Environment, value: Value, type_: Type | None) -> int | None:
+    """A constant of one integer type that fits another one, which needs no conversion: the number is known. None
+    for all else."""
+    if type_ is None or isinstance(type_, Enum) or type(value) not in (Const, Load, Apply) or isinstance(value.type, Enum):
+        return None
+    wanted, own = storage(type_), storage(value.type)
+    if not all(isinstance(t, Elementary) and t.kind in ("int", "uint") for t in (wanted, own)):
+        return None
+    number = expressions.constant(env, value)
+    return number if number is not None and fits(number, type_) else None
 
 
 def integer(env: Environment, node: ast.Expr, diagnostics: Diagnostics, what: str) -> int | None:

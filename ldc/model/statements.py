@@ -12,6 +12,7 @@ from ldc.model import statement_findings as findings
 from ldc.model import type_findings
 from ldc.model.elements import Block
 from ldc.model.environment import Environment
+from ldc.model.initial import known_integer
 from ldc.model.ladder import not_a_condition
 from ldc.model.values import Untyped, coerce, converted, settle, unsigned
 from ldc.parser import ast
@@ -218,7 +219,11 @@ class _Typing:
         return tuple(made)
 
     def _label(self, node: ast.Expr, type_: Type) -> int | None:
-        found = expressions.expression(self.env, node, type_, self.diagnostics, "this label")
+        value = expressions.value(self.env, node, type_, self.diagnostics)
+        known = known_integer(self.env, value, type_) if value is not None else None
+        if value is None or known is not None:
+            return known
+        found = coerce(value, type_, self.diagnostics, node.span, "this label")
         if found is None:
             return None
         number = expressions.constant(self.env, found)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from ldc.parser.findings import Findings
 from ldc.parser.lexer import Tokens
+from ldc.types import ELEMENTARY
 
 _PARTS = {"METHOD": "END_METHOD", "PROPERTY": "END_PROPERTY", "INTERFACE": "END_INTERFACE"}
 _MODIFIERS = frozenset(("ABSTRACT", "FINAL", "PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
@@ -40,16 +41,35 @@ def take_out(tokens: Tokens, findings: Findings) -> bool:
     return bool(cuts)
 
 
-def tell_types(tokens: Tokens, first: int, end: int, findings: Findings) -> bool:
-    """Report the first type among the tokens that is a pointer or a UNION; whether there is one."""
+def tell_types(tokens: Tokens, first: int, end: int, findings: Findings) -> int:
+    """Report the first type among the tokens that is a pointer or a UNION. Where reading goes on behind the
+    declaration, which ends at ``end`` or with its END_UNION; 0 when there is none."""
+    types = tokens.types
     for at in range(first, end):
-        if tokens.types[at] != "NAME":
-            continue
-        word, following = tokens.text(at).upper(), tokens.types[at + 1 : at + 2]
-        if following == [_TYPES.get(word)] or word == "UNION" and following == ["NAME"]:
+        word, following = tokens.text(at).upper() if types[at] == "NAME" else "", types[at + 1 : at + 2]
+        if word and following == [_TYPES.get(word)]:
             findings.beyond(at, word)
-            return True
-    return False
+            return end
+        if word == "UNION" and following == ["NAME"]:
+            findings.beyond(at, word)
+            closed = next((n for n in range(at, len(types))
+                           if types[n] == "NAME" and tokens.text(n).upper() == "END_UNION"), end - 1)
+            return closed + 1 + (types[closed + 1 : closed + 2] == [";"])
+    return 0
+
+
+def tell_jump(tokens: Tokens, at: int, findings: Findings) -> bool:
+    """Report a jump or the label of one, where a statement begins with it; whether it does."""
+    following = tokens.types[at + 1 : at + 3]
+    if tokens.types[at] != "NAME" or following != ["NAME", ";"] and following[:1] != [":"]:
+        return False
+    if following[0] == "NAME" and tokens.text(at).upper() != "JMP":
+        return False
+    if following == [":", "NAME"] and (tokens.types[at + 3 : at + 4] == [";"]
+                                       or tokens.text(at + 2).upper() in ELEMENTARY):
+        return False  # a declaration that stands too late
+    findings.beyond(at, "JMP" if following[0] == "NAME" else ":")
+    return True
 
 
 def _end(tokens: Tokens, at: int) -> int:

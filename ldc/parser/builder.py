@@ -149,6 +149,13 @@ class Builder:
         span = Span(self.source, callee.span.start, self.ends[close])
         return statements.Invoke(callee, tuple(arguments), span)
 
+    def assign_all(self, values: Values) -> tuple[statements.Assign, ...]:
+        """``a := b := 0``: the innermost first, ``b := 0; a := b;``."""
+        target, _, rest = values
+        rest = rest if isinstance(rest, tuple) else (rest,)
+        span = target.span.to(rest[0].span)
+        return (*rest, statements.Assign(target, rest[-1].target, span))
+
     def latch(self, values: Values) -> statements.If:
         """``q S= condition;`` sets, ``R=`` resets: ``IF condition THEN q := TRUE; END_IF;``."""
         target, word, _, condition = values

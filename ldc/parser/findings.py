@@ -25,6 +25,7 @@ BEYOND = "LD0237"
 """The code of what other languages have; a POU with such loses names."""
 _FUNCTIONS = "make it a FUNCTION, or an action or a FUNCTION_BLOCK of its own"
 _POINTERS = "pass the variable by VAR_IN_OUT, or name it"
+_JUMPS = "take a loop with EXIT or CONTINUE, IF, or RETURN; rungs jump with `>>name`"
 _BEYOND = {
     "METHOD": ("methods are", _FUNCTIONS), "PROPERTY": ("properties are", "make it a variable, or an output"),
     "INTERFACE": ("interfaces are", "leave it out; name the function block that is meant"),
@@ -36,6 +37,7 @@ _BEYOND = {
     "UNION": ("a UNION is", "use a STRUCT, and convert"),
     "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
     "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
+    "JMP": ("jumps in statements are", _JUMPS), ":": ("labels of jumps in statements are", _JUMPS),
 }
 
 

@@ -6,7 +6,7 @@ wrong gives its findings and is left out; reading goes on behind its ``;`` or at
 
 from __future__ import annotations
 
-from ldc.parser import lr, syntax
+from ldc.parser import beyond, lr, syntax
 from ldc.parser import statements as st
 from ldc.parser.findings import MAX_DEPTH, cut
 from ldc.parser.lexer import SECTIONS
@@ -75,7 +75,9 @@ class _Reader:
             if "CASE" in self.blocks and self._label_end():
                 break
             statement = self._statement(kind)
-            if statement is not None:
+            if isinstance(statement, tuple):
+                found += statement
+            elif statement is not None:
                 found.append(statement)
         return tuple(found)
 
@@ -107,7 +109,7 @@ class _Reader:
 
     # ---- one statement
 
-    def _statement(self, kind: str) -> st.Statement | None:
+    def _statement(self, kind: str) -> st.Statement | tuple[st.Statement, ...] | None:
         self.findings.enough(self.at)
         self.units.statements += 1
         self.findings.countable(self.at, self.units.statements)
@@ -156,8 +158,11 @@ class _Reader:
             self.at += 1
         self.at = min(self.at + 1, self.end)
 
-    def _simple(self) -> st.Statement | None:
+    def _simple(self) -> st.Statement | tuple[st.Statement, ...] | None:
         first = self.at
+        if beyond.tell_jump(self.tokens, first, self.findings):
+            self.at += 2 + (self.types[first + 1] == "NAME")
+            return None
         self._skip(_STRUCTURE | set(_HEADS))
         stop = self.at
         value = self.units.attempt("statement", first, stop, "statement")

@@ -57,8 +57,9 @@ class Units:
                 continue
             value = self.attempt(symbol, at, stop, "declaration")
             if isinstance(value, lr.Failure):
-                if beyond.tell_types(self.tokens, at, stop, self.findings):
-                    self.lost, at = True, stop
+                told = beyond.tell_types(self.tokens, at, stop, self.findings)
+                if told:
+                    self.lost, at = True, told
                     continue
                 syntax.explain(value, self.findings, at, stop, "declaration")
                 index = value.index
