@@ -232,3 +232,38 @@ def test_text_that_is_not_in_its_encoding_is_told(data: bytes, tmp_path) -> None
     path.write_bytes(data)
     result = compile_paths([str(path)])
     assert result.program is None and result.diagnostics.has_errors
+
+
+# ---- contacts that compare, a list of projects
+
+
+def comparing(id_: int, function: str, left: str, other: str, sources=1, **attributes) -> str:
+    inner = (f"{wires(sources)}<connectionPointOut/><variable>{left}</variable>"
+             f"<variable1>{other}</variable1>")
+    return element("contact", id_, inner, typeName=function, **attributes)
+
+
+def test_contacts_that_compare_two_values() -> None:
+    xml = ladder(VALUES, rail(), comparing(2, "EQ_INT", "i", "3"), comparing(3, "LT_INT", "j", "i", 2),
+                 comparing(4, "none", "a", "", 3), coil(5, "q", 4),
+                 comparing(6, "GE_INT", "k", "5", negated="true"), coil(7, "w", 6))
+    given = [{"i": 3, "a": 1}, {"j": 3}, {"j": 2, "a": 0}, {"a": 1, "k": 5}, {"i": 4}]
+    assert run(xml, given, "q w") == ["1 1", "0 1", "0 1", "1 0", "0 0"]
+    wrong = ladder(VALUES, rail(), comparing(2, "BIT_INT", "i", "3"), coil(3, "q", 2))
+    assert codes(wrong) == ["LD0145"]
+    assert codes(ladder(VALUES, rail(), comparing(2, "EQ_INT", "i", ""), coil(3, "q", 2))) == ["LD0144"]
+
+
+def test_typed_functions_are_drawn_as_the_others() -> None:
+    xml = ladder(VALUES, rail(), contact(2, "a"), value(4, "i"), value(5, "7"),
+                 block(6, "MIN_INT", {"EN": 2, "IN1": 4, "IN2": 5}, ("ENO", "OUT")), result(7, "j", "6.OUT"))
+    assert run(xml, [{"a": 1, "i": 9}, {"i": 3}, {"a": 0, "i": 2}], "j") == ["7", "3", "3"]
+    assert codes(xml) == []
+
+
+def test_a_project_in_a_list_of_projects() -> None:
+    xml = ladder(BOOLS, rail(), contact(2, "a"), coil(3, "q", 2))
+    head, _, rest = xml.partition("<project")
+    listed = f'{head}<projects version="2.0"><fileHeader/><project{rest}</projects>'
+    assert run(listed, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
+    assert codes('<projects version="2.0"><fileHeader/></projects>') == ["LD0143"]

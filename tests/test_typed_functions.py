@@ -27,7 +27,8 @@ END_VAR
 def test_they_are_called_like_the_others(tmp_path: Path) -> None:
     text = f"""PROGRAM main
 {HEAD}
-    sum := ADD_DINT(few, many, 5) + SEL_DINT(ready, 1, few) + MUX_DINT(1, many, few) + LIMIT_DINT(0, many, 10);
+    sum := ADD_DINT(few, many, 5) + SEL_DINT(ready, 1, few) + MUX_DINT(1, many, few)
+        + LIMIT_DINT(0, many, 10);
     bits := OR_WORD(AND_WORD(mask, 16#4), SHL_WORD(mask, 2));
     root := SQRT_REAL(ratio) + MUL_REAL(2.0, 3);
     same := EQ_INT(few, 3) AND NOT GT_DINT(few, 3);
@@ -41,9 +42,11 @@ END_PROGRAM
 
 
 def test_in_ladders_and_instruction_lists(tmp_path: Path) -> None:
-    ladder = f"PROGRAM main\n{HEAD}\nRUNG [ready] <ADD_DINT(IN1 := few, IN2 := 4, OUT => sum)> (same)\nEND_PROGRAM\n"
+    rung = "RUNG [ready] <ADD_DINT(IN1 := few, IN2 := 4, OUT => sum)> (same)"
+    ladder = f"PROGRAM main\n{HEAD}\n{rung}\nEND_PROGRAM\n"
     assert trace(tmp_path, ladder, "main.ld", [{}], ("sum", "same")) == [(7, True)]
-    assert code("LD i\nADD_DINT 4, d\nST d") == ["LD INT i", "FN DINT INT_TO_DINT", "FN DINT ADD 4, d", "ST DINT d"]
+    assert code("LD i\nADD_DINT 4, d\nST d") == [
+        "LD INT i", "FN DINT INT_TO_DINT", "FN DINT ADD 4, d", "ST DINT d"]
 
 
 def test_a_function_of_the_project_comes_first(tmp_path: Path) -> None:
@@ -68,4 +71,5 @@ END_PROGRAM
     ("max_int := TRUNC_INT(ratio);", "LD0501"),
 ])
 def test_other_types_are_told(call: str, code: str) -> None:
-    assert [d.code for d in checked(f"PROGRAM main {HEAD} {call} END_PROGRAM", "main.st").diagnostics] == [code]
+    found = checked(f"PROGRAM main {HEAD} {call} END_PROGRAM", "main.st").diagnostics
+    assert [d.code for d in found] == [code]

@@ -50,6 +50,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
     lists = Lists(root) if root is not None and are_named(source) else None
     if lists is not None and (plain := lists.unqualified(spelled)) is not spelled:
         root = Document(plain, diagnostics).root
+    if root is not None and root.tag == "projects":  # one project in a list, as one editor writes it
+        root = next(root.all("project"), root)
     if root is not None and root.tag not in ("project", "pou"):
         findings.no_project(diagnostics, root.span, root.tag)
         root = None

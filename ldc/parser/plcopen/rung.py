@@ -20,6 +20,7 @@ from ldc.source import Span
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
+_COMPARISONS = {"EQ": "=", "NE": "<>", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
 _BOXES = ("outVariable", "inOutVariable")
 _TAKE_VALUES = ("block", *_BOXES)
 _GIVE_VALUES = ("inVariable", "inOutVariable", CALLED)
@@ -169,6 +170,8 @@ class RungWriter:
     def _contact(self, element: Element) -> None:
         node, span = element.node, element.node.span
         expr = self.expression(node.words("variable"), element)
+        if (compares := node.get("typeName").strip().upper()) not in ("", "NONE"):
+            expr = self._compared(element, compares, expr)
         modifier = self._modifier(element, "edge", _MODIFIERS)
         self._modifier(element, "storage", {})
         if node.flag("negated"):
@@ -177,6 +180,20 @@ class RungWriter:
                 modifier, expr = "", texts.negated(expr)
         item = ast.Contact(modifier, expr, span)
         self.add(item, self.net(element.inputs[0]), self.tail((element.id, ""), span))
+
+    def _compared(self, element: Element, function: str, left: ast.Expr) -> ast.Expr:
+        """A contact that compares two values, ``typeName="EQ_UDINT"`` with ``<variable1>``, as one editor
+        draws it."""
+        node = element.node
+        operator = _COMPARISONS.get(function.partition("_")[0])
+        if operator is None:
+            self.failed = True
+            message = f'{self.drawing.where}: {element.describe()} has typeName="{function[:20]}"'
+            findings.unsupported(self.diagnostics, node.span, message, "drawn here",
+                                 "a contact compares by EQ, NE, LT, LE, GT or GE")
+            return left
+        right = self.expression(node.words("variable1"), element)
+        return ast.Binary(operator, left, right, node.span)
 
     def _coil(self, element: Element) -> None:
         node = element.node
