@@ -127,3 +127,15 @@ def test_what_was_written_in_structured_text_stays_as_it_was(tmp_path: Path, cap
                       "    END_FOR;\nEND_PROGRAM\n")
     assert main(["compile", str(source), "--emit", "st"]) == 0
     assert "    FOR i := 1 TO 3 DO\n        n := n + i;\n    END_FOR;\n" in capsys.readouterr().out
+
+
+def test_other_names_of_types_that_bodies_use_are_declared(tmp_path: Path, capsys) -> None:
+    """The IL, of which the rest is printed, has only what they stand for."""
+    source, printed = tmp_path / "main.st", tmp_path / "printed.st"
+    source.write_text("TYPE\n    Row : ARRAY [0..3] OF Pair := [(a := 4)];\n    Pair : STRUCT a : INT; END_STRUCT;\n"
+                      "    Count : DINT := 7;\nEND_TYPE\nPROGRAM main\nVAR\n    row : Row;\n    count : Count;\n"
+                      "END_VAR\n    count := count + row[0].a;\nEND_PROGRAM\n")
+    assert main(["compile", str(source), "--emit", "st", "-o", str(printed)]) == 0
+    machine = Machine(compile_paths([str(printed)]).program)
+    machine.scan()
+    assert machine.get("count") == 11

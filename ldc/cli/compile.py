@@ -70,7 +70,11 @@ def _st_text(result: pipeline.Compiled) -> str:
     for pou in (p for file in result.project.files for p in file.pous if isinstance(p.body, StatementBody)):
         if pou.name.upper() not in result.components:
             bodies[pou.name.upper()] = written((pou,), "body.st", Diagnostics()).source.text
-    return print_st(result.program, bodies)
+    # Of other names for types IL has what they stand for, but the bodies name them.
+    names = [t for file in result.project.files for t in file.types if bodies and not isinstance(
+        t.type, ast.StructType | ast.EnumType | ast.SubrangeType)]
+    types = written(names, "names.st", Diagnostics()).source.text
+    return f"{types}\n{print_st(result.program, bodies)}" if types else print_st(result.program, bodies)
 
 
 def _c_text(result: pipeline.Compiled) -> str:
