@@ -11,10 +11,9 @@ import difflib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from operator import itemgetter
-from struct import Struct
 
 from ldc.il.placement import Point
+from runtime.places import together
 
 Value = bool | int | float
 _FORMATS = {"f32": "f", "i32": "i", "u32": "I", "bool32": "I"}
@@ -54,21 +53,7 @@ class Field:
         """``reader`` of several points at once, for those who look at all of them again and again. Raises
         UnknownPoint."""
         found = [self._find(path) for path in paths]
-        places = sorted({place.index: place.type for place in found}.items())
-        if not places:
-            return tuple
-        first = end = places[0][0]
-        words = ""
-        for index, type_ in places:
-            words += f"{4 * (index - end)}x{_WORDS[type_]}"
-            end = index + 1
-        read = partial(Struct(f"={words}").unpack_from, self._bytes, 4 * first)
-        numbers = {index: number for number, (index, _) in enumerate(places)}
-        order = [numbers[place.index] for place in found]
-        if order == list(range(len(places))):
-            return read
-        chosen = itemgetter(*order)
-        return lambda: chosen(read())
+        return together(self._bytes, [(4 * place.index, _WORDS[place.type]) for place in found])
 
     def writer(self, path: str) -> Callable[[Value], None]:
         """A function that writes a point: a REAL is rounded to 32 bits. It raises TypeError and ValueError

@@ -314,8 +314,9 @@ class System:
         """One scan of the master, and what else happens until the next one. The scheduler is asked only when
         it has threads to execute."""
         scheduler, slaves, seen = self._scheduler, self._slaves, self._seen
-        plant, plant_ns, began, several = self._plant, self._plant_ns, self._began, len(slaves) > 1
+        plant, plant_ns, began = self._plant, self._plant_ns, self._began
         beside = self._silences is not None or self._executions is not None
+        lone = len(slaves) == 1 and slaves[0].period_ns == plant_ns and not beside and seen is None
         if self._executions is not None:
             self.machine.latch()
             self._guard()
@@ -323,6 +324,9 @@ class System:
         # What comes next: a step of the plant, a period of a slave, or what the scheduler has planned.
         due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
         while True:
+            if lone and due == soonest < planned and slaves[0].part.live:
+                scheduler.release_first(slaves[0].algorithm, self._instants(slaves[0], min(planned, end)))
+                due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
             now = due if due < soonest else soonest
             if planned < now:
                 now = planned
@@ -341,20 +345,37 @@ class System:
                             slave.due = NEVER
                             continue
                         slave.due = now + slave.period_ns
-                        if scheduler.release_first(slave.algorithm, now):
-                            planned = now
-                soonest = self._soonest() if several else slave.due
+                        if planned > now:
+                            if scheduler.release_first(slave.algorithm, (now,)):
+                                planned = now
+                        else:
+                            scheduler.now_ns = now
+                            scheduler.release(slave.algorithm)
+                soonest = self._soonest()
             if planned <= now:
                 scheduler.run(now + 1)
                 soonest, planned = self._soonest(), scheduler.next_ns
             if seen is not None:
                 seen(self.snapshot(now))
-        scheduler.run(end)
+        scheduler.now_ns = end
         if self._executions is not None:
             self.machine.end()
 
+    def _instants(self, slave: _Slave, until: int) -> Iterator[int]:
+        """The instants before ``until`` in which the plant and the only slave both have something to do and
+        nobody else has, nearly all of them: the plant has made its step, the slave is to execute."""
+        step, period, began, part = self._plant.step, self._plant_ns, self._began, slave.part
+        now = slave.due
+        while now < until and part.live:
+            step(began + now, period)
+            self._plant_due = slave.due = now + period
+            yield now
+            now += period
+
     def _soonest(self) -> int:
         """When algorithms of a slave execute next."""
+        if len(self._slaves) == 1:
+            return self._slaves[0].due
         return min([slave.due for slave in self._slaves], default=NEVER)
 
     def _beside(self, now: int) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from systems import Run
 
 from ldc import pipeline
 from ldc.cli.main import main
@@ -241,6 +242,17 @@ def test_a_seed_gives_one_run_bit_for_bit_on_every_engine() -> None:
     first = runs.cycles(made, "machine", 5, 1)
     assert first == runs.cycles(made, "machine", 5, 1) == runs.cycles(made, "machine", 5, 1, engine="native")
     assert first != runs.cycles(made, "machine", 6, 1)
+
+
+def test_instants_of_plant_and_slave_alone_are_as_those_that_somebody_looks_at() -> None:
+    """Who asks for what is there after every instant makes each of them one by itself."""
+    found = []
+    for seen in (True, False):
+        run = Run(SAMPLE, watch=("clamp.axis.position", "clamp.done", "inject.start"), seen=seen)
+        run.scans(150, guard=True, motor_ok=True, auto_switch=True)
+        found.append((run.rows, run.events, run.system.rows(), bytes(run.system.shared)))
+        assert bool(run.trace) is seen and len({row[0] for row in run.rows}) > 60
+    assert found[0] == found[1]
 
 
 def test_a_report_goes_on_where_it_was_interrupted(tmp_path: Path, capsys, monkeypatch) -> None:

@@ -12,9 +12,12 @@ from runtime.scheduler.scheduler import Scheduler
 from runtime.scheduler.thread import LEVELS, Thread
 
 
-def scheduler(processors: list[list[Spec]], log: list | None = None) -> Scheduler:
+def scheduler(processors: list[list[Spec]], log: list | None = None, done: list | None = None) -> Scheduler:
+    """``done``: what begins is noted there, by threads that nobody logs."""
     def thread(spec: Spec) -> Thread:
         def work(now: int):
+            if done is not None:
+                done.append((now, spec))
             if spec.raises:
                 made.raise_event(made.thread(*spec.raises))
             return iter(spec.costs) if spec.costs else None
@@ -110,22 +113,32 @@ def test_where_a_run_is_cut_makes_no_difference(drawn, cuts) -> None:
 
 
 @settings(max_examples=150, deadline=None)
-@given(machines(), st.integers(0, 2), st.sets(st.integers(0, 60), max_size=8))
-def test_a_thread_that_is_released_first_does_what_it_does_from_the_queue(drawn, number, times) -> None:
+@given(machines(), st.integers(0, 2), st.sampled_from([(), (2, 0, 3)]),
+       st.sets(st.integers(0, 60), max_size=12), st.data())
+def test_a_thread_that_is_released_first_does_as_from_the_queue(drawn, number, costs, times, data) -> None:
     processors, _ = drawn
     number %= len(processors)
-    processors[number].append(Spec("extra", "algorithm", None, (2, 0, 3)))
-    logs: tuple[list, list] = [], []
-    for log, first in zip(logs, (False, True), strict=True):
-        made = scheduler(processors, log)
-        for time in sorted(times):
-            made.run(time)
-            if first:
-                made.release_first(made.thread(number, "extra"), time)
+    silent = [(at, s.name) for at, specs in enumerate(processors) for s in specs
+              if s.kind != "customised" and not s.raises]
+    raises = data.draw(st.sampled_from([None, *silent]))
+    processors[number].append(Spec("extra", "algorithm", None, costs, raises=raises))
+    found = []
+    for first in (False, True):
+        done: list = []
+        made, left = scheduler(processors, done=done), sorted(times)
+        extra = made.thread(number, "extra")
+        while left:
+            made.run(left[0])
+            free = [t for t in left if made.next_ns is None or t < made.next_ns] if first else []
+            taken: list = []
+            if free:
+                made.release_first(extra, (taken.append(t) or t for t in free))
             else:
-                made.release(made.thread(number, "extra"))
+                made.release(extra)
+            left = left[max(len(taken), 1):]
         made.run(80)
-    assert logs[0] == logs[1]
+        found.append((done, [rows("", threads, 80) for threads in made.threads]))
+    assert found[0] == found[1]
 
 
 # ---- rule by rule

@@ -38,7 +38,10 @@ class Life:
     @property
     def executes(self) -> bool:
         """At least one algorithm of it executes."""
-        return any([proxy.executing for proxy in self.proxies])
+        for proxy in self.proxies:
+            if proxy.executing:
+                return True
+        return False
 
 
 class Modules:
@@ -52,7 +55,8 @@ class Modules:
         self.lives = tuple(
             Life(module, *bit(base + module.index),
                  tuple(p for p in proxies if p.placed.module == module.index)) for module in modules)
-        self._words = tuple(dict.fromkeys(life.word for life in self.lives))
+        self._words = {word: [life for life in self.lives if life.word == word]
+                       for word in dict.fromkeys(life.word for life in self.lives)}
         self._by_index = {life.module.index: life for life in self.lives}
         self.stand = False
         self._seen = dict.fromkeys(self._words, 0)
@@ -104,7 +108,10 @@ class Modules:
     def working(self) -> bool:
         """Some start bit is 1."""
         load = self._memory.bits.load
-        return any([load(word) for word in self._words])
+        for word in self._words:
+            if load(word):
+                return True
+        return False
 
     # ---- start -----------------------------------------------------------------------------------
 
@@ -131,14 +138,14 @@ class Modules:
         """C.START: tells modules whose start bit has changed by `start`; those that begin. One that is
         started again as soon as it has ended first executes once without `start`, so that its logic sees the
         end."""
-        for word in self._words:
+        for word, lives in self._words.items():
             now, before = self._memory.bits.load(word) & ~self._rests[word], self._seen[word]
             self._rests[word] = 0
             if now == before:
                 continue
             self._seen[word] = now
-            for life in self.lives:
-                if life.word == word and (now ^ before) & life.mask:
+            for life in lives:
+                if (now ^ before) & life.mask:
                     begins = bool(now & life.mask)
                     if life.start is not None:
                         self._machine.assign(life.start, begins)
@@ -161,12 +168,12 @@ class Modules:
         """C.END: clears the start bits of modules that have ended, those without `start` by their
         algorithms."""
         done: tuple | None = None
-        for word in self._words:
+        for word, lives in self._words.items():
             working = self._memory.bits.load(word) & self._seen[word]
             if not working:
                 continue
-            for life in self.lives:
-                if life.word == word and working & life.mask and not life.executes:
+            for life in lives:
+                if working & life.mask and not life.executes:
                     at = None if life.start is None else self._done_at.get(life.module.index)
                     if at is not None and done is None:
                         done = self._done()

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence, Set
 
 from ldc.il.areas import areas
-from ldc.il.coordination import Coordination
+from ldc.il.coordination import Coordination, Message, Subscriber
 from ldc.il.placement import ERROR, Placed
 from ldc.records import replace
 from runtime import units
@@ -212,9 +212,8 @@ class MasterPart:
         self._scrubbed = (self._scrubbed + 1) % len(proxies)
         scrubbed = proxies[self._scrubbed]
         for proxy in proxies:
-            serves = proxy in open_ or proxy is scrubbed
-            if serves or proxy.executing:
-                told = proxy.tick(serves)
+            if proxy.executing or proxy in open_ or proxy is scrubbed:
+                told = proxy.tick(proxy in open_ or proxy is scrubbed)
                 if told is not None:
                     self._learn(proxy, told)
         if not scrubbed.endpoint.idle:
@@ -247,14 +246,17 @@ class MasterPart:
             self.mail.raise_system("STOP_MODULE", life.module.index)
         for message, outcome in self.mail.broadcast():
             self._tell(units.C_BCAST, message.flag - _MSGF, outcome.value)
-        self.mail.handle(lambda message, _: self._tell(units.C_MSG, message.flag - _MSGF))
-        self.safety.work(self.modules.working or any([proxy.executing for proxy in self.proxies]))
+        self.mail.handle(self._handled)
+        self.safety.work(self.modules.working or any(proxy.executing for proxy in self.proxies))
         if self.modules.stand:
             self.modules.force()
         if self.safety.held:
             self.safety.force()
         if self._wiring is not None:
             self._wiring.after()
+
+    def _handled(self, message: Message, to: Subscriber) -> None:
+        self._tell(units.C_MSG, message.flag - _MSGF)
 
     def _send(self) -> None:
         """C.SEND: what the logic wants of algorithms."""
@@ -263,10 +265,11 @@ class MasterPart:
         for proxy, first, end in self._pins:
             if changed or proxy.raw is None:
                 proxy.look(now[first:end])
-            command = None if proxy.command is None else proxy.send()
-            if command is not None:
-                self._open[proxy] = None
-                self._sent(proxy, command)
+            if proxy.command is not None:
+                command = proxy.send()
+                if command is not None:
+                    self._open[proxy] = None
+                    self._sent(proxy, command)
 
     def _sent(self, proxy: Proxy, command: Command) -> None:
         life = self.modules.executes(proxy) if command is Command.START else None
@@ -311,7 +314,7 @@ class MasterPart:
     @property
     def _sequence_goes_on(self) -> bool:
         """There is one, and nothing stands after a fault: what would be the next step is not to be had."""
-        return (self.customised_program is not None and self.state is not Master.ERROR
+        return (self.customised_program is not None and self.safety.state is not _ERROR
                 and not self.modules.stand)
 
     # ---- communication thread --------------------------------------------------------------------
@@ -409,3 +412,4 @@ def _machine(runner: Machine | Controller) -> Machine:
 
 
 _MSGF = areas()["MSGF"].base
+_ERROR = Master.ERROR

@@ -20,6 +20,8 @@ ESTOP = "ESTOP", 0
 
 Cause = tuple[str, int]
 
+_RUN = Master.RUN
+
 
 class Safety:
     """``state``: of the master, as SPEC 5 has it. ``estop``: the emergency stop is TRUE, or was when its
@@ -126,7 +128,7 @@ class Safety:
 
     def work(self, working: bool) -> None:
         """The state follows the modules, outside of an emergency."""
-        if working != (self.state is Master.RUN) and self.state is not Master.ERROR:
+        if working != (self.state is _RUN) and self.state is not Master.ERROR:
             event = MasterEvent.MODULES if working else MasterEvent.NO_MODULES
             self.state = follow(MASTER, self.state, (event,))
 

@@ -48,6 +48,7 @@ class Phase(IntEnum):
 
 
 _PHASES = tuple(Phase)
+_RUNNING = Phase.RUNNING
 BOUNDARY = (Phase.IDLE, Phase.NEXT, Phase.DONE)
 """When a new program may become the active one."""
 
@@ -218,7 +219,7 @@ class Customised:
         """What the customised thread does in the rest of a scan."""
         data, bits = self._memory.data, self._memory.bits
         active, seen, now, _, module = _STATE.unpack(data.read(_ACTIVE, _STATE.size))
-        if (now == Phase.RUNNING and self._last is Phase.RUNNING and active == seen and module
+        if (now == _RUNNING and self._last is _RUNNING and active == seen and module
                 and bits.test(*bit(_LCF + module - 1))):
             return  # as nearly always: its module is in work
         program = self._programs[active]

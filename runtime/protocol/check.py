@@ -77,24 +77,25 @@ class Algorithm:
 
 class Layout(NamedTuple):
     """What is known of the data before any come. ``words``: pid and value of each parameter in order;
-    ``floats``, ``bools``: the places of such parameters; ``limited``: those that have limits."""
+    ``floats``, ``bools``: the places of such parameters; ``limited``: those that have limits, with these;
+    ``rated``: those that may not differ too much from their last values."""
 
     pids: tuple[int, ...]
     words: struct.Struct
     floats: tuple[int, ...]
     bools: tuple[int, ...]
-    limited: tuple[tuple[int, Parameter], ...]
+    limited: tuple[tuple[int, float, float], ...]
+    rated: tuple[tuple[int, Parameter], ...]
 
 
 def _layout(parameters: tuple[Parameter, ...]) -> Layout:
-    none = Parameter(0)
-    limits = [(p.min, p.max, p.rate) != (none.min, none.max, none.rate) for p in parameters]
     return Layout(
         pids=tuple(p.pid for p in parameters),
         words=struct.Struct("<" + "".join("I" + _FORMATS[p.type] for p in parameters)),
         floats=tuple(n for n, p in enumerate(parameters) if p.type == "f32"),
         bools=tuple(n for n, p in enumerate(parameters) if p.type == "bool32"),
-        limited=tuple((n, p) for n, p in enumerate(parameters) if limits[n]),
+        limited=tuple((n, p.min, p.max) for n, p in enumerate(parameters) if (p.min, p.max) != (-inf, inf)),
+        rated=tuple((n, p) for n, p in enumerate(parameters) if p.rate != inf),
     )
 
 
@@ -197,15 +198,17 @@ def _in_order(adata: bytes, algorithm: Algorithm) -> tuple | None:
 
 def _of_values(values: tuple, algorithm: Algorithm, situation: Situation) -> Code:
     layout = algorithm.layout
-    for n in layout.floats:
-        if not isfinite(values[n]):
-            return Code.TYPE
+    if layout.floats and not isfinite(sum(values)):  # 32 bits each: a sum of finite ones is finite
+        return Code.TYPE
     for n in layout.bools:
         if values[n] > 1:
             return Code.TYPE
-    for n, p in layout.limited:
-        value, last = values[n], situation.values.get((algorithm.aid, p.pid))
-        if not p.min <= value <= p.max or last is not None and not abs(value - last) <= p.rate:
+    for n, low, high in layout.limited:
+        if not low <= values[n] <= high:
+            return Code.RANGE
+    for n, p in layout.rated:
+        last = situation.values.get((algorithm.aid, p.pid))
+        if last is not None and not abs(values[n] - last) <= p.rate:
             return Code.RANGE
     return _OK
 

@@ -29,6 +29,9 @@ class Command(IntEnum):
     RESET = 4
 
 
+_RESET = Command.RESET
+
+
 class Envelope(NamedTuple):
     """``cmd`` is any u16, a Command if the sender is sound. ``aid``: of an algorithm; of a RESET its
     ordinal."""
@@ -63,7 +66,7 @@ def successor(seq: int) -> int:
 def token(seq: int, aid: int, cmd: int) -> int:
     """What an answer calls an envelope, in 24 bits: the number of a transfer, the ordinal of a RESET. Never
     that of memory that was not written yet."""
-    return 0x800000 | aid & 0x7FFFFF if cmd == Command.RESET else seq & 0xFFFFFF
+    return 0x800000 | aid & 0x7FFFFF if cmd == _RESET else seq & 0xFFFFFF
 
 
 @cache

@@ -17,64 +17,57 @@ from ldc.il.areas import MASTER, PROCESSORS, SLAVES, Area, areas, shared_range
 from ldc.records import record
 
 
+class _Numbers(dict):
+    """The number of the word at each address that was asked for."""
+
+    def __init__(self, first: int) -> None:
+        self._first = first
+
+    def __missing__(self, address: int) -> int:
+        at = address - self._first
+        if at & 3 or at < 0:
+            raise IndexError(f"{address:#x} is no word of this memory")
+        return self.setdefault(address, at >> 2)
+
+
 class Words:
     """The words of a buffer. Addresses are byte addresses, multiples of 4; ``first``: that of the buffer's
-    begin."""
+    begin. What is no word of it raises IndexError."""
 
-    __slots__ = ("_bytes", "_words", "first")
+    __slots__ = ("_bytes", "_words", "_number", "first")
 
     def __init__(self, buffer: bytearray | memoryview, first: int = 0) -> None:
         self._bytes = memoryview(buffer).cast("B")
         self._words = self._bytes.cast("I")
+        self._number = _Numbers(first)
         self.first = first
 
-    # All of a transfer is these: each finds its word by itself.
-
     def load(self, address: int) -> int:
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        return self._words[at >> 2]
+        return self._words[self._number[address]]
 
     def store(self, address: int, value: int) -> None:
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        self._words[at >> 2] = value
+        self._words[self._number[address]] = value
 
     def test(self, address: int, mask: int) -> bool:
         """Whether any bit of the mask is 1."""
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        return self._words[at >> 2] & mask != 0
+        return self._words[self._number[address]] & mask != 0
 
     def set(self, address: int, mask: int) -> None:
         """Makes the bits of the mask 1. Only the one writer of a word may, so that reading it before is
         safe."""
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        self._words[at >> 2] |= mask
+        self._words[self._number[address]] |= mask
 
     def clear(self, address: int, mask: int) -> None:
         """Makes the bits of the mask 0; as ``set``."""
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
-        self._words[at >> 2] &= ~mask
+        self._words[self._number[address]] &= ~mask
 
     def read(self, address: int, size: int) -> bytes:
         """A copy of ``size`` bytes. They may be of different moments."""
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
+        at = self._number[address] * 4
         return self._bytes[at : at + size].tobytes()
 
     def write(self, address: int, data: bytes) -> None:
-        at = address - self.first
-        if at & 3 or at < 0:
-            raise IndexError(f"{address:#x} is no word of this memory")
+        at = self._number[address] * 4
         self._bytes[at : at + len(data)] = data
 
     def close(self) -> None:

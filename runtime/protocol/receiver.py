@@ -68,8 +68,8 @@ class Receiver:
 
 
 _STATE = attrgetter(*Receiver.__dataclass_fields__)
-_WATCH, _STATUS, _RELEASED, _OK, _RESET = (
-    Phase.WATCH, Phase.STATUS, Phase.RELEASED, Code.OK, Command.RESET)
+_WATCH, _STATUS, _RELEASED, _SCRUB, _OK, _RESET = (
+    Phase.WATCH, Phase.STATUS, Phase.RELEASED, Phase.SCRUB, Code.OK, Command.RESET)
 
 Outcome = Event | bool
 """Of a step: what the owner is told; or True: it has gone on, False: it waits."""
@@ -99,18 +99,18 @@ def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) 
     """Steps until one waits, or a transfer is over: what its owner is told of it may change the situation
     of the next. Flags that are made 0 are no transfer: who was woken for one must not stop before it. As in
     the sender, the most frequent stretch is written out."""
-    told, scrubs = None, r.phase is Phase.SCRUB
-    c = link.channel
+    told, scrubs, c = None, r.phase is _SCRUB, link.channel
     if r.phase is _WATCH and not r.at and link.chunk >= c.size:
         if not memory.test(c.running, c.mask) or memory.test(c.begin, c.mask) != link.profile.ready:
             return None
         told = _taken(r, link, memory, situation)
     if r.phase is _RELEASED and not r.at:
+        mask = c.mask
         for r.at, flag in enumerate(link.released):
-            if memory.test(flag, c.mask):
+            if memory.test(flag, mask):
                 return None if told is True else told
         for kind, at in link.rest:
-            (memory.clear if kind == CLEAR else memory.set)(at, c.mask)
+            (memory.clear if kind == CLEAR else memory.set)(at, mask)
         r.phase, r.at = _WATCH, 0
         return None if told is True else told
     while (outcome := _STEPS[r.phase](r, link, memory, situation)) is not False:

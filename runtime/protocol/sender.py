@@ -89,8 +89,8 @@ class Sender:
 
 
 _STATE = attrgetter(*Sender.__dataclass_fields__)
-_IDLE, _REST, _ANSWER, _STATUS, _CLOSE = (
-    Phase.IDLE, Phase.REST, Phase.ANSWER, Phase.STATUS, Phase.CLOSE)
+_IDLE, _REST, _ANSWER, _STATUS, _LAST, _CLOSE, _WITHDRAW = (
+    Phase.IDLE, Phase.REST, Phase.ANSWER, Phase.STATUS, Phase.LAST, Phase.CLOSE, Phase.WITHDRAW)
 _OK, _RESET = Code.OK, Command.RESET
 
 Outcome = Event | bool
@@ -119,7 +119,7 @@ def reset(s: Sender) -> None:
     """
     if s.message.cmd != _RESET or s.ready:
         s.resets = s.resets + 1 & 0xFFFFFFFF
-    _go(s, Phase.WITHDRAW)
+    _go(s, _WITHDRAW)
     s.message, s.frame, s.code = Envelope(0, s.resets, _RESET, 0), b"", _OK
 
 
@@ -128,7 +128,7 @@ def tick(s: Sender, link: Link) -> Event | None:
     if s.phase is _ANSWER:
         s.waited += 1
         if s.waited >= link.ack_periods:
-            _go(s, Phase.WITHDRAW)
+            _go(s, _WITHDRAW)
             s.code = Code.SILENT
     elif s.phase is _REST:
         s.waited += 1
@@ -185,7 +185,7 @@ def _go(s: Sender, phase: Phase) -> None:
 
 
 def _attempt(s: Sender, message: Envelope) -> None:
-    s.phase, s.at, s.waited, s.copied, s.code = Phase.REST, 0, 0, 4, _OK
+    s.phase, s.at, s.waited, s.copied, s.code = _REST, 0, 0, 4, _OK
     s.message, s.frame = message, encode(message)
 
 
@@ -259,7 +259,7 @@ def _status(s: Sender, link: Link, memory: Words | Watched) -> bool:
     code = CODES[word & 0xFF] if word & 0xFF < len(CODES) else Code.SILENT
     if code not in TRANSIENT and word >> 8 != token(m.seq, m.aid, m.cmd):
         code = Code.SILENT
-    _go(s, Phase.LAST if code is _OK and m.cmd == _RESET else _CLOSE)
+    _go(s, _LAST if code is _OK and m.cmd == _RESET else _CLOSE)
     s.code = code
     return True
 
@@ -282,7 +282,7 @@ def _judged(s: Sender, link: Link) -> Outcome:
     resets, at = s.message.cmd == _RESET, s.phase
     s.at = 0
     if s.code is _OK:
-        if at is Phase.WITHDRAW:
+        if at is _WITHDRAW:
             _attempt(s, s.message)
             return True
         opened, s.phase, s.open, s.frame = s.open, _IDLE, 0, b""

@@ -8,7 +8,7 @@ time go by.
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Iterable, MutableSequence, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush, heapreplace
 from operator import length_hint
@@ -108,30 +108,31 @@ class Scheduler:
         self._end_pieces()
         self._released(thread.on, thread)
 
-    def release_first(self, thread: Thread, now_ns: int) -> bool:
-        """``release`` at a time before which nothing happens, of the most urgent thread that its processor
-        gets then: it begins at once, without the queue, when nothing else of that moment goes before it.
-        Whether something else is to be done at that moment because of it."""
-        on, agenda = thread.on, self._agenda
-        self.now_ns = now_ns
-        if self._turns or on.busy or thread.active or agenda and agenda[0][0] <= now_ns:
+    def release_first(self, thread: Thread, times: Iterable[int]) -> bool:
+        """``release`` of the most urgent thread that its processor gets, at each of some times at which
+        nothing else happens, until something else is to be done because of it; whether something is. A thread
+        that costs nothing begins at once, without the queue."""
+        on, counts, work = thread.on, thread.counts, thread.work
+        if self._turns or on.busy or thread.active or not thread.quick:
+            self.now_ns = next(iter(times))
             self.release(thread)
             return self._turns != 0
-        thread.active, thread.released = True, now_ns
-        if self.log is not None:
-            self._note(on, thread, "began")
-        counts = thread.counts
-        counts.least_delay = 0
-        pieces = thread.work(now_ns)
-        if pieces is not None:
-            thread.pieces = pieces
-            on.stack.append(thread)
-            self._turns |= 1 << on.index
-        elif thread.quick and thread.pending is None:  # as in _ended, in no time
-            thread.active, thread.streak = False, 0
-            counts.executions += 1
-        else:
-            self._ended(on, thread)
+        thread.active, counts.least_delay = True, 0
+        for now in times:
+            self.now_ns = thread.released = now
+            pieces = work(now)
+            if pieces is not None:
+                thread.pieces = pieces
+                on.stack.append(thread)
+                self._turns |= 1 << on.index
+                return True
+            if thread.pending is not None:
+                self._ended(on, thread)
+                return True
+            counts.executions += 1  # and what else _ended does of what took no time
+            if self._turns:
+                break
+        thread.active, thread.streak = False, 0
         return self._turns != 0
 
     def _released(self, on: _Processor, thread: Thread) -> None:
@@ -172,7 +173,8 @@ class Scheduler:
                     break
                 self.now_ns = agenda[0][0]
             now = self.now_ns
-            self._end_pieces()
+            if agenda and agenda[0][1] == _END:
+                self._end_pieces()
             while agenda and agenda[0][0] == now:
                 _, _, index, number, thread, on = agenda[0]
                 thread.due = now + thread.period_ns
@@ -247,10 +249,11 @@ class Scheduler:
             return
         counts, now = thread.counts, self.now_ns
         delay = now - thread.released
-        if delay < counts.least_delay:
-            counts.least_delay = delay
-        if delay > counts.most_delay:
-            counts.most_delay = delay
+        if not delay:
+            counts.least_delay = 0
+        else:
+            counts.least_delay = min(delay, counts.least_delay)
+            counts.most_delay = max(delay, counts.most_delay)
         if self.log is not None:
             self._note(on, thread, "began")
         pieces = thread.work(now)

@@ -31,6 +31,7 @@ NO_ERROR = 15
 
 _ALONE, _IT = "ALONE", "it"
 _MOST = 0xFFFFFFFF
+_MOST_NS = _MOST * 1000
 
 
 class AlgorithmFault(Exception):
@@ -134,8 +135,8 @@ def _collect(unit: Unit, full: dict[str, Unit], needed: dict[str, Unit]) -> None
 class NativeAlgorithm:
     """The entry of a component in C or C++, called on its three structures."""
 
-    __slots__ = ("error", "_native", "_call", "_before", "_pins", "_values", "_reads", "_writes", "_told",
-                 "_fed", "_enabled", "_instance")
+    __slots__ = ("error", "outputs", "_native", "_call", "_before", "_pins", "_values", "_reads", "_writes",
+                 "_told", "_place", "_enabled", "_powered", "_instance")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
                  bindings: Iterable[Binding]) -> None:
@@ -158,9 +159,9 @@ class NativeAlgorithm:
                             for p in placed.local if not p.output)
         self._writes = tuple((*made.cell(out, p.name), field.writer(p.path), p.initial)
                              for p in placed.local if p.output)
-        self._told = made.cell(out, ERROR)
-        self._fed = tuple(made.cell(out, p.name) for p in placed.feedback if p.name not in (ERROR, "AFS"))
-        self._enabled = placed.enabled
+        self._told, self._place = made.cell(out, ERROR)
+        self.outputs = made.cells(out, [p.name for p in placed.feedback if p.name not in (ERROR, "AFS")])
+        self._enabled, self._powered = placed.enabled, not placed.enabled
         self.error = 0
         self.safe()
 
@@ -171,9 +172,13 @@ class NativeAlgorithm:
                 held[number] = value
                 view, at = self._pins[number]
                 view[at] = value
+        if self._enabled:
+            self._powered = bool(held[0])
+        if self._powered:
+            self._before = ()
 
     def execute(self, dt_ns: int) -> bool:
-        error, powered = 0, not self._enabled or self._values[0]
+        error, powered = 0, self._powered
         if not powered and not self._before:
             self._before = self._state()
         for read, view, at, low, high in self._reads:
@@ -182,27 +187,21 @@ class NativeAlgorithm:
                 view[at] = value
             else:
                 error = OUT_OF_RANGE if value == value else NOT_A_NUMBER
-        told, place = self._told
         if error or self.error:
-            told[place] = error
+            self._told[self._place] = error
         if not error:
-            microseconds = dt_ns // 1000
-            self._call(microseconds if microseconds < _MOST else _MOST)
-            error = told[place]
+            self._call(dt_ns // 1000 if dt_ns < _MOST_NS else _MOST)
+            error = self._told[self._place]
         self.error = error
         for view, at, write, _ in self._writes:
             write(view[at])
         if powered:
-            self._before = ()
             return True
         before, self._before = self._before, self._state()
         return self._before != before
 
     def _state(self) -> tuple[bytes, ...]:
         return bytes(self._native.made[1]), bytes(self._native.kept[1])
-
-    def outputs(self) -> tuple[bool | int | float, ...]:
-        return tuple([view[at] for view, at in self._fed])
 
     def safe(self) -> None:
         for view, at, write, initial in self._writes:
@@ -225,7 +224,7 @@ class UnitAlgorithm:
     """A component in IL or ST: its whole unit, checks and all, on a virtual machine. Its clock counts the
     times between executions, so that it stands still while nothing is executed."""
 
-    __slots__ = ("error", "_machine", "_power", "_values", "_inputs", "_reads", "_writes", "_fed", "_all",
+    __slots__ = ("error", "outputs", "_machine", "_power", "_values", "_inputs", "_reads", "_writes", "_all",
                  "_before", "_error")
 
     def __init__(self, program: Program, unit: Unit, placed: Placed, field: Field,
@@ -241,7 +240,7 @@ class UnitAlgorithm:
         self._writes = tuple((field.writer(p.path), symbol(p.name), p.initial)
                              for p in placed.local if p.output)
         fed = [symbol(p.name) for p in placed.feedback if p.name not in (ERROR, "AFS")]
-        self._fed = machine.reader(fed)
+        self.outputs = machine.reader(fed)
         self._all = machine.reader(machine.symbols.all())
         self._error = symbol(ERROR)
         self._power = symbol(placed.parameters[0].name) if placed.enabled else None
@@ -279,9 +278,6 @@ class UnitAlgorithm:
             return True
         before, self._before = self._before, self._all()
         return self._before != before
-
-    def outputs(self) -> tuple[bool | int | float, ...]:
-        return self._fed()
 
     def safe(self) -> None:
         for write, symbol, initial in self._writes:

@@ -89,6 +89,7 @@ class SlavePart:
         self.state = Slave.STOP
         self.faults: list[AlgorithmFault] = []
         self._note, self._seen, self._now, self._scan_ns = note, seen, now, scan_ns
+        self._watched, self._scan_end = note is not None or seen is not None, 0
         self._profile, self._ack_periods = profile, ack_periods
         self._running = channel(number, True).running
         self._slots: list[Slot] = []
@@ -109,7 +110,7 @@ class SlavePart:
         for p in (p for p in placed if p.slave == self.number):
             old, maker = before.get(p.path.upper()), makers[p.unit.upper()]
             if old is not None and old.goes_on(p, maker):
-                old.placed, old.leaves = p, None
+                old.placed, old.period_ns, old.leaves = p, p.period_ns, None
                 found.append(before.pop(p.path.upper()))
             else:
                 found.append((p, maker))
@@ -257,7 +258,7 @@ class SlavePart:
             slot.enter(State.ERROR)
             slot.tell = True
         elif envelope.cmd == Command.START:
-            slot.live, slot.begun, slot.error = True, False, 0
+            slot.live, slot.begun, slot.due, slot.error = True, False, 0, 0
             slot.enter(slot.state)
             self.live += slot,
             self._move(SlaveEvent.START)
@@ -299,33 +300,34 @@ class SlavePart:
         has something to do."""
         now = self._now()
         for slot in self.live:
-            if not slot.live:
-                continue  # another one has led to serror
-            if not slot.begun:
-                self._begin(slot, now)
             if now < slot.due:
                 continue
             if slot.fresh:
+                if not slot.begun:
+                    self._begin(slot, now)
                 slot.deframe()
                 self._told(units.A_DEFRAME, slot, now)
             elapsed, slot.last = now - slot.last, now
-            slot.due += slot.placed.period_ns
-            if slot.due <= now:
-                slot.due = now + slot.placed.period_ns - (now - slot.due) % slot.placed.period_ns
-            if self._note is not None:
+            slot.due = due = slot.due + slot.period_ns
+            if due <= now:
+                slot.due = due = now + slot.period_ns - (now - due) % slot.period_ns
+            if self._watched:
                 self._told(units.A_EXEC, slot, now)
-            if self._seen is not None:
-                self._seen(Executed(self.number, slot.seq, slot.placed.aid))
+                if self._seen is not None:
+                    self._seen(Executed(self.number, slot.seq, slot.placed.aid))
+            algorithm = slot.algorithm
             try:
-                goes_on = slot.algorithm.execute(elapsed)
+                goes_on = algorithm.execute(elapsed)
             except AlgorithmFault as fault:
                 self._fault(slot, fault)
-                continue
-            if slot.algorithm.error or not goes_on:
+                break  # that has ended all
+            if algorithm.error or not goes_on:
                 self._ends(slot)
-            elif not slot.tell and slot.due >= (now // self._scan_ns + 1) * self._scan_ns:
-                # The last execution before the next scan: its logic sees what is at most a period old.
-                slot.tell = slot.algorithm.outputs() != slot.sent
+            elif due >= self._scan_end:
+                self._scan_end = now - now % self._scan_ns + self._scan_ns
+                if due >= self._scan_end and not slot.tell:
+                    # The last execution before the next scan: its logic sees what is at most a period old.
+                    slot.tell = algorithm.outputs() != slot.sent
             if slot.tell and slot.endpoint.ready:
                 self._feed(slot)
         return self._open != 0
@@ -333,7 +335,7 @@ class SlavePart:
     def due(self) -> list[Placed]:
         """The algorithms that ``execute`` would execute now."""
         now = self._now()
-        return [slot.placed for slot in self.live if not slot.begun or now >= slot.due]
+        return [slot.placed for slot in self.live if now >= slot.due]
 
     def overdue(self, error: TaskOverdue) -> None:
         """The watchdog of the algorithm thread: what executes ends as by a fault (SPEC 6.1 R3)."""

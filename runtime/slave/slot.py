@@ -40,12 +40,12 @@ class Slot:
     somebody has asked."""
 
     __slots__ = ("placed", "maker", "algorithm", "endpoint", "mask", "live", "begun", "due", "last",
-                 "seq", "fresh", "state", "error", "faulty", "tell", "sent", "leaves", "_memory", "_taken",
-                 "_fed", "_values", "_words", "_afs")
+                 "period_ns", "seq", "fresh", "state", "error", "faulty", "tell", "sent", "leaves", "_memory",
+                 "_taken", "_fed", "_values", "_words", "_afs")
 
     def __init__(self, placed: Placed, maker: Maker, field: Field, endpoint: Endpoint, memory: Memory
                  ) -> None:
-        self.placed, self.maker, self.endpoint = placed, maker, endpoint
+        self.placed, self.maker, self.endpoint, self.period_ns = placed, maker, endpoint, placed.period_ns
         self.algorithm = maker(placed, field)
         self.mask = 1 << placed.slot
         self.live = self.begun = self.fresh = self.faulty = self.tell = False

@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from struct import Struct, calcsize
 
 from ldc.il import c_types
 from ldc.symbols import Variable
 from ldc.types import Array, String, Type
 from runtime.layout import slot
+from runtime.places import together
 
 _CODES = {"bool": "?", "int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int32_t": "i",
           "uint32_t": "I", "int64_t": "q", "uint64_t": "Q", "float": "f", "double": "d"}
@@ -96,3 +97,7 @@ class Structure:
         one, at = self._places[name]
         size = calcsize(one)
         return memoryview(buffer)[: len(buffer) // size * size].cast("B").cast(one), at // size
+
+    def cells(self, buffer: bytearray, names: Sequence[str]) -> Callable[[], tuple]:
+        """What gives the values of some scalar members."""
+        return together(buffer, [(at, one) for one, at in map(self._places.__getitem__, names)])

@@ -87,25 +87,22 @@ class Axis:
         self.coming.append((at, reference * self.gain))
         self.still = False
 
-    def glide(self, ns: float) -> None:
-        """Moves with the velocity that has reached the axis."""
-        lag, seconds = self.drive.lag, ns * 1e-9
-        decay = exp(-seconds / lag)
-        excess = self.velocity - self.reached
-        self.position += self.reached * seconds + excess * lag * (1.0 - decay)
-        self.velocity = self.reached + excess * decay
-
     def step(self, since_ns: int, now_ns: int) -> None:
-        """Moves on; not called while it stands still."""
-        coming = self.coming
-        while coming and coming[0][0] < now_ns:
-            when, velocity = coming.popleft()
-            if when > since_ns:
-                self.glide(when - since_ns)
-                since_ns = when
-            self.reached = velocity
-        self.glide(now_ns - since_ns)
-        if self.reached == 0.0 and not coming and abs(self.velocity) < AT_REST:
+        """Moves on, from one velocity that reaches it to the next; not called while it stands still."""
+        coming, lag, reached, velocity = self.coming, self.drive.lag, self.reached, self.velocity
+        while since_ns < now_ns:
+            until_ns = now_ns
+            if coming and coming[0][0] < now_ns:
+                until_ns, follows = coming.popleft()
+            if until_ns > since_ns:
+                seconds, excess = (until_ns - since_ns) * 1e-9, velocity - reached
+                decay = exp(-seconds / lag)
+                self.position += reached * seconds + excess * lag * (1.0 - decay)
+                velocity, since_ns = reached + excess * decay, until_ns
+            if until_ns != now_ns:
+                reached = self.reached = follows
+        self.velocity = velocity
+        if reached == 0.0 and not coming and abs(velocity) < AT_REST:
             self.velocity, self.still = 0.0, True
             self.rest(now_ns)
         self.measure()
@@ -140,17 +137,11 @@ class Hold:
 
 
 class Wired:
-    """Drives that were wired at once, each with its axis. ``read`` gives their references, ``seen``: those of
-    the step before."""
+    """Drives that were wired at once, each with its axis. ``read`` gives their references, ``seen``: what it
+    gave in the step before."""
 
-    def __init__(self, drives: list[tuple[Drive, Axis]], read: Callable[[], tuple[float, ...]]) -> None:
+    def __init__(self, drives: list[tuple[Drive, Axis]], read: Callable[[], tuple]) -> None:
         self.drives, self.read, self.seen = drives, read, ()
-
-    def command(self, references: tuple[float, ...], now_ns: int) -> None:
-        self.seen = references
-        for (drive, axis), reference in zip(self.drives, references, strict=True):
-            if reference != drive.reference:
-                axis.command(drive, reference, now_ns)
 
 
 class Plant:
@@ -170,14 +161,14 @@ class Plant:
         clamp, screw = axis("clamp", regime["sensor"]), axis("screw", regime["sensor"])
         self.ejector = axis("ejector", ejector["sensor"])
         self.axes = clamp, screw, self.ejector
-        self.wired: list[Wired] = []
+        self.wired: list[Wired] = []  # the first with the valves of the master
+        self.pressure, self.full = 0.0, 0.0
         self.unwired = [(clamp, "clamp", regime["clamp"]), (screw, "inject", regime["inject"]),
                         (screw, "charge", regime["charge"]), (screw, "suck_back", regime["inject"]),
                         (self.ejector, "ejector", ejector)]
         self.gain_sd = regime["gain_sd"]
         self.connect(field)
-        self.hold, self.valves = Hold(screw, parameters["hold"], self.random), field.readers(["%QX0.1", "%QD4"])
-        self.show_force = field.writer("%ID4")
+        self.hold, self.show_force = Hold(screw, parameters["hold"], self.random), field.writer("%ID4")
         self.show_eye, self.eye_at, self.eye = field.writer("%IX1.0"), ejector["eye_mm"], False
         self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
 
@@ -195,29 +186,38 @@ class Plant:
             references.append(f"{module}.axis.reference")
         for axis in {axis.name: axis for _, axis in found}.values():
             axis.measure()
-        if found:
-            self.wired.append(Wired(found, field.readers(references)))
+        valves = [] if self.wired else ["%QX0.1", "%QD4"]
+        if found or valves:
+            self.wired.append(Wired(found, field.readers([*references, *valves])))
         self.unwired = missing
+
+    def notice(self, wired: Wired, values: tuple, since_ns: int) -> None:
+        """Something of what the controller gives has changed."""
+        wired.seen = values
+        for (drive, axis), reference in zip(wired.drives, values):
+            if reference != drive.reference:
+                axis.command(drive, reference, since_ns)
+        if wired is self.wired[0]:
+            locks, self.pressure = values[-2:]
+            self.full = self.full_force if locks else 0.0
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
         since_ns = now_ns - dt_ns
         for wired in self.wired:
-            references = wired.read()
-            if references != wired.seen:
-                wired.command(references, since_ns)
+            values = wired.read()
+            if values != wired.seen:
+                self.notice(wired, values, since_ns)
         for axis in self.axes:
             if not axis.still:
                 axis.step(since_ns, now_ns)
-        locks, pressure = self.valves()
-        if pressure or self.hold.holds:
-            self.hold.step(now_ns, dt_ns * 1e-9, pressure)
-        missing = self.full_force - self.force if locks else -self.force
+        if self.pressure or self.hold.holds:
+            self.hold.step(now_ns, dt_ns * 1e-9, self.pressure)
+        missing = self.full - self.force
         if missing:
             share = 1.0 - exp(-dt_ns * 1e-9 / self.force_lag)
             self.force += missing * share if abs(missing) > 0.1 else missing
             self.show_force(self.force)
-        eye = self.ejector.position > self.eye_at
-        if eye != self.eye:
-            self.eye = eye
-            self.show_eye(eye)
+        if self.eye is not (self.ejector.position > self.eye_at):
+            self.eye = not self.eye
+            self.show_eye(self.eye)
