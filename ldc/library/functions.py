@@ -9,13 +9,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 from ldc.library import bits, numeric, selection, strings, time
 from ldc.library import conversion as _conversion
 from ldc.library.generic import common, conversion, is_temporal, kind, short_name, widens
 from ldc.library.table import Function, Resolved
+from ldc.records import replace
 from ldc.types import INT, Type, storage
 
 __all__ = ["TABLE", "Function", "Resolved", "common", "conversion", "is_function", "is_temporal", "kind",

@@ -246,7 +246,8 @@ def as_number(value: Expr, wanted: Type) -> Expr | None:
     if here is not None:
         if target.kind not in ("int", "uint") or target is not here and not functions.widens(here, target):
             return None
-        number = converted(value, source, here, value.span)
+        made = type(value) is Apply and value.op == functions.conversion(here, source)  # of such a number
+        number = value.args[0] if made else converted(value, source, here, value.span)
         return number if target is here else converted(number, here, target, value.span)
     if not isinstance(source, Elementary) or source.kind != "uint":
         return None

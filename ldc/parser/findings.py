@@ -34,6 +34,7 @@ _BEYOND = {
     "IMPLEMENTS": ("interfaces are", "leave it out; name the function block that is meant"),
     "VAR_STAT": ("variables that all instances share are", "declare them in VAR_GLOBAL"),
     "VAR_INST": ("variables of methods are", "declare them in VAR"),
+    "ARRAY": ("arrays without bounds are", "write the bounds of the largest array, and pass how much of it counts"),
     "UNION": ("a UNION is", "use a STRUCT, and convert"),
     "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
     "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
