@@ -517,6 +517,27 @@ def test_what_is_told(text: str, messages: list[str]) -> None:
     assert said(compiled(text, PATH)) == messages
 
 
+def test_tables_whose_rows_have_names() -> None:
+    """Newer tools write rows with presets alone; an expression without a number follows the one before."""
+    timed = rung("1-50/0 # 10-0/7 50-60/0", ". # # 50-60/1")
+    assert trace(project(timed, timers=("#VER=2.0", "T2,1,9", "T7,2,3")), "0111110", "Q0") == \
+        trace(project(timed, timers=("1,1",) * 7 + table(2, 3)), "0111110", "Q0")
+    text = project(rung("1-50/0 - - - - - - # # 60-0/4"), expressions=("@200/0@:=1",))
+    text = text.replace("0000,@200/0@:=1", "0003,@200/0@:=1\n@200/0@:=8")
+    assert trace(text, "01", "W0") == "0 8"
+
+
+def test_system_bits_of_newer_tools() -> None:
+    """%S0 flashes once a second, %S4 is TRUE in the first scan; the clock and the modem are not there."""
+    text = project(rung("1-70/0 50-60/0", "1-70/4 - 50-60/1"), rung("2-70/1 1-50/0 50-60/2"), period=250,
+                   project_infos=())
+    text = text.replace("project_infos.csv", "project_infos.txt")
+    rows = [run(text, PATH, [{"I0": 1}] * 6, name) for name in ("Q0", "Q1", "Q2")]
+    assert rows == [list("100110"), list("100000"), list("100110")]
+    (told,) = said(compiled(text.replace("1-0-70/4", "1-0-70/8"), PATH))
+    assert told == "LD0151 ClassicLadder: the system bit %S8 is not supported"
+
+
 # ---- rungs at random against the rule itself
 
 

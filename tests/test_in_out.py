@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from everywhere import checked, trace
 
 from ldc import pipeline
 from ldc.il.text import print_program
@@ -113,3 +114,19 @@ def test_two_globals_are_copied_out_by_one_call(tmp_path: Path) -> None:
     result = compiled(tmp_path / "main.ld", text)
     assert {b.code.proof for builds in result.units.values() for b in builds} == {"proof"}
     assert record(Machine(result.program), WATCHED, 3) == EXPECTED
+
+
+def test_an_instance_keeps_what_its_last_call_left(tmp_path: Path) -> None:
+    """Which may be read by name, and not written; so ST that was printed from a ladder is read back."""
+    text = TEXT[TEXT.index("FUNCTION_BLOCK"):TEXT.index("PROGRAM")] + """PROGRAM main
+VAR more : bump; tens, seen, doubled : INT; END_VAR
+RUNG
+    <MUL(more.total, 2, OUT => doubled)>
+RUNG
+    <more: bump(total := tens) in=_ out=_>; <SUB(more.total, 1, OUT => seen)>
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.ld", [{}] * 3, ["tens", "seen", "doubled"]) == [
+        (10, 9, 0), (20, 19, 20), (30, 29, 40)]
+    told = checked(text.replace("OUT => seen", "OUT => more.total"), "main.ld")
+    assert [d.code for d in told.diagnostics] == ["LD0503"]

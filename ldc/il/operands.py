@@ -44,14 +44,10 @@ class Operands:
         node = self._parse(text, start, end)
         if node is None:
             return None
-        scratch = Diagnostics()
-        found = expressions.value(self.scope, node, hint, scratch)
-        if found is None:
-            found = self._in_out(node)
-            if found is None:
-                self.diagnostics.extend(scratch)
-                return None
+        found = expressions.value(self.scope, node, hint, self.diagnostics)
         match found:
+            case None:
+                return None
             case Load(place):
                 found = place
             case Apply():
@@ -68,13 +64,9 @@ class Operands:
         node = self._parse(text, start, end)
         if node is None:
             return None
-        scratch = Diagnostics()
-        found = self.scope.place(node, scratch, write=write)
+        found = (self._in_out(node) if write else None) or self.scope.place(node, self.diagnostics, write=write)
         if found is None:
-            found = self._in_out(node)
-            if found is None:
-                self.diagnostics.extend(scratch)
-                return None
+            return None
         return self._keep(text, write, found, node.span)
 
     def _keep(self, text: str, write: bool, found: Operand, span: Span) -> Operand | None:
@@ -110,7 +102,7 @@ class Operands:
         return None if node is None else action_calls.called(self.scope, node)
 
     def _in_out(self, node: ast.Expr) -> Place | None:
-        """``instance.pin`` of a VAR_IN_OUT, which only IL names: it is copied before and after the call."""
+        """``instance.pin`` of a VAR_IN_OUT, which only IL writes: it is copied before the call."""
         if not isinstance(node, ast.Member):
             return None
         base = self.scope.place(node.base, Diagnostics())

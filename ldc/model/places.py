@@ -186,9 +186,9 @@ def _member(
         pin = signature.pin(node.name) if signature is not None else None
         if signature is None or pin is None and env.silent_pin(type_.pou, node.name.upper()):
             return None
-        if pin is not None and pin not in signature.in_outs:
+        if pin is not None:
             return FieldStep(pin.name), pin.type
-        names = [p.name for p in signature.inputs + signature.outputs]
+        names = [p.name for p in signature.inputs + signature.outputs + signature.in_outs]
     else:
         findings.not_a_value(diagnostics, node.base.span,
                              f"`{node.name}` is asked of a value without members",
@@ -250,10 +250,11 @@ def _one_index(
 
 
 def _output_of(env: Environment, type_: Instance, name: str) -> str:
-    """The name of the instance's type when the pin is one that only the block itself writes."""
+    """The name of the instance's type when the pin is one that only the block itself writes: an output, or a
+    VAR_IN_OUT, of which an instance keeps the value that its last call left."""
     signature = env.signature(type_.pou)
     key = name.upper()
-    return signature.name if any(p.name.upper() == key for p in signature.outputs) else ""
+    return signature.name if any(p.name.upper() == key for p in signature.outputs + signature.in_outs) else ""
 
 
 def _writable(

@@ -104,6 +104,11 @@ class _Writer:
                 self.reading.unsupported(section.span, f"a section in language {section.language}",
                                          "ladder and sequential sections are read")
         self._loops(blocks)
+        if ("system",) in variables.found:
+            variables.used = main.used
+            called = f"<{variables.system(self.head)}: {variables.supporting('system')}(SCAN := {self.settings.period})>"
+            main.rungs.insert(0, ast.Rung(
+                None, None, (fragments.path(fragments.items(called, self.head), self.head),), self.head))
         everything = [v for v in variables.found.values() if v.name]
         declared = variables.section("VAR_EXTERNAL", main.used.values(), self.head) if blocks else (
             variables.section("VAR", everything, self.head))

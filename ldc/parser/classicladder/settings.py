@@ -16,6 +16,7 @@ LADDER, SEQUENTIAL = 0, 1
 CLASSIC, SYSTEM_BITS, REGISTERS = 0, 1, 2
 SWITCHES = 10
 _NUMBERED = re.compile(r"(\d{4}),(.*)\Z", re.DOTALL)
+_NAMED = re.compile(r"[A-Z]{1,2}(\d{1,4}),(.*)\Z", re.DOTALL)
 _CONDITION = re.compile(r"C(\d{1,4}),\d+,(\d{1,4})/(\d{1,6})\s*\Z")
 
 
@@ -71,10 +72,10 @@ class Settings:
     age: int = CLASSIC
     period: int = 50
     sizes: dict[str, int] = field(default_factory=dict)
-    timers: list[Preset] = field(default_factory=list)
-    monostables: list[Preset] = field(default_factory=list)
-    counters: list[Preset] = field(default_factory=list)
-    timers_iec: list[Preset] = field(default_factory=list)
+    timers: dict[int, Preset] = field(default_factory=dict)
+    monostables: dict[int, Preset] = field(default_factory=dict)
+    counters: dict[int, Preset] = field(default_factory=dict)
+    timers_iec: dict[int, Preset] = field(default_factory=dict)
     symbols: dict[str, tuple[str, str, Span]] = field(default_factory=dict)
     sections: list[Section] = field(default_factory=list)
     expressions: dict[int, Line] = field(default_factory=dict)
@@ -97,7 +98,7 @@ def settings(reading: Reading, parts: dict[str, Part]) -> Settings:
         found.age = SYSTEM_BITS
     for name in ("timers", "monostables", "counters", "timers_iec"):
         if f"{name}.csv" in parts:
-            setattr(found, name, [_preset(reading, name, line) for line in parts[f"{name}.csv"].written])
+            setattr(found, name, _table(reading, name, parts[f"{name}.csv"]))
     if "symbols.csv" in parts:
         for line in parts["symbols.csv"].written:
             variable, symbol, comment = (*(part.strip() for part in line.text.split(",", 2)), "", "")[:3]
@@ -106,10 +107,24 @@ def settings(reading: Reading, parts: dict[str, Part]) -> Settings:
     if "sections.csv" in parts:
         found.sections = _sections(reading, parts["sections.csv"])
     if "arithmetic_expressions.csv" in parts:
-        found.expressions = _expressions(reading, parts["arithmetic_expressions.csv"])
+        found.expressions = _expressions(parts["arithmetic_expressions.csv"])
     if "sequential.csv" in parts:
         _sequential(reading, parts["sequential.csv"], found)
     return found
+
+
+def _table(reading: Reading, name: str, part: Part) -> dict[int, Preset]:
+    """Rows follow each other, or begin with their names (``T3,1,10``); then rows without a preset are not there."""
+    rows: dict[int, Preset] = {}
+    for line in part.written:
+        named = _NAMED.match(line.text)
+        if named is None:
+            rows[len(rows)] = _preset(reading, name, line)
+        else:
+            span = line.span
+            values = Line(named[2], Span(span.source, span.start + named.start(2), span.end))
+            rows[int(named[1])] = _preset(reading, name, values)
+    return rows
 
 
 def _preset(reading: Reading, name: str, line: Line) -> Preset:
@@ -142,20 +157,18 @@ def _sections(reading: Reading, part: Part) -> list[Section]:
     return sorted(found, key=lambda section: section.number)
 
 
-def _expressions(reading: Reading, part: Part) -> dict[int, Line]:
-    """By number: named by it since version 2, one a line before."""
-    numbered = part.setting("VER").startswith("2") or part.setting("VER").startswith("3")
+def _expressions(part: Part) -> dict[int, Line]:
+    """By number: named by it since version 2, one a line before. What has no number follows the line before."""
     found: dict[int, Line] = {}
-    for index, line in enumerate(part.lines):
-        if not numbered:
-            found[index] = line
-            continue
+    number = 0
+    for line in part.lines:
         match = _NUMBERED.match(line.text)
         if match:
             span = line.span
-            found[int(match[1])] = Line(match[2], Span(span.source, span.start + match.start(2), span.end))
-        elif line.text.strip():
-            reading.malformed(line.span, "arithmetic_expressions.csv: a number stands before each expression")
+            number = int(match[1])
+            line = Line(match[2], Span(span.source, span.start + match.start(2), span.end))
+        found[number] = line
+        number += 1
     return found
 
 

@@ -40,6 +40,9 @@ _PARTS = {10: ("T", "DONE", "BOOL"), 11: ("T", "RUNNING", "BOOL"), 15: ("TM", "Q
           261: ("TM", "VALUE", "DINT")}
 PRESETS = {230: "T", 240: "M", 250: "C", 260: "TM"}
 _COUNT = 251
+_SYSTEM_WORD = 290
+_SYSTEM_BITS = {0: "FLASH", 1: "DARK", 4: "START", 5: "START"}
+"""Outputs of the block that is called before all rungs; a cold start and a hot one are not told apart."""
 _REGISTER_VALUES = range(300, 320)
 """Of registers, in newer tools; floats in LinuxCNC."""
 BLOCKS = {"T": "timer", "M": "monostable", "C": "counter", "TM": "timer_iec"}
@@ -92,6 +95,8 @@ class Variables:
         if not 0 <= offset < MAX_OFFSET:
             self.reading.malformed(span, f"there is no variable {kind}/{offset}")
             offset = 0
+        if kind == SYSTEM and self.settings.age != CLASSIC and offset in _SYSTEM_BITS:
+            return Place(f"{self.system(span)}.{_SYSTEM_BITS[offset]}", "BOOL", False)
         if what := self._newer(kind, offset):
             self.reading.unsupported(span, what, "see docs/import-classicladder.md")
             return Place("FALSE" if kind < 200 else "0", "BOOL" if kind < 200 else "DINT", False)
@@ -115,6 +120,8 @@ class Variables:
             return f"the system bit %S{offset}"
         if kind in _REGISTER_VALUES and self.settings.age == REGISTERS:
             return f"the variable type {kind} of a register"
+        if kind == _SYSTEM_WORD:
+            return f"the system word %SW{offset}"
         return None
 
     def supporting(self, file: str) -> str:
@@ -122,6 +129,13 @@ class Variables:
         if file not in self.blocks:
             (self.blocks[file],) = stored(PACKAGE, file)
         return self.blocks[file].name
+
+    def system(self, span: Span) -> str:
+        """The block of the system bits."""
+        key = ("system",)
+        if key not in self.found:
+            self.found[key] = Declared(self.names.fresh("SYS"), self.supporting("system"), span)
+        return self._use(key)
 
     def instance(self, letters: str, number: int, span: Span) -> str:
         """The block of a timer (T), monostable (M), counter (C) or IEC timer (TM)."""
@@ -135,8 +149,10 @@ class Variables:
 
     def table(self, letters: str, number: int, span: Span) -> Preset:
         rows = getattr(self.settings, f"{BLOCKS[letters]}s" if letters != "TM" else "timers_iec")
-        if number < len(rows):
+        if number in rows:
             return rows[number]
+        if self.settings.age == REGISTERS and number < MAX_OFFSET:
+            return Preset(1_000, 0, 0, span)
         self.reading.malformed(span, f"%{letters}{number} has no row in the table of presets")
         return Preset(1_000, 0, 0, span)
 
