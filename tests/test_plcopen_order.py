@@ -63,8 +63,10 @@ def test_a_coil_reads_a_box_behind_where_it_is_written(loop: bool) -> None:
         xml = ladder("a b q w : BOOL", rail(1), contact(2, "a", 1, at=(20, 60)),
                      both(3, "q", "4.OUT", at=(60, high)), coil(5, "w", 3, at=(90, low)),
                      block(4, "NOT", {"IN": 2}, ("OUT",), at=(30, 60)),
-                     block(6, "AND", {"IN1": "4.OUT", "IN2": "7.OUT" if loop else 1}, ("OUT",), at=(30, 90)),
-                     block(7, "NOT", {"IN": "6.OUT"}, ("OUT",), at=(60, 90)), coil(8, "b", "7.OUT", at=(90, 90)))
+                     block(6, "AND", {"IN1": "4.OUT", "IN2": "7.OUT" if loop else 1}, ("OUT",),
+                           at=(30, 90)),
+                     block(7, "NOT", {"IN": "6.OUT"}, ("OUT",), at=(60, 90)),
+                     coil(8, "b", "7.OUT", at=(90, 90)))
         rows = run(xml, [{"a": 0}, {"a": 1}, {"a": 0}, {"a": 0}], "q w b")
         assert rows == (["1 1 1", "0 0 1", "1 1 0", "1 1 1"] if loop else ["1 1 0", "0 0 1", "1 1 0", "1 1 0"])
 

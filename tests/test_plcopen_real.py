@@ -70,6 +70,17 @@ def test_pragmas_that_do_something_are_no_comments(pragma: str) -> None:
     assert found.startswith("LD0151 PLCopen XML: the pragma `{")
 
 
+def test_the_pragma_by_which_copied_timers_ask_for_the_time() -> None:
+    asks = "{__SET_VAR(data__->,now,,__CURRENT_TIME)}"
+    text = (f"(* the time *)\n{asks}\nIF a AND NOT b THEN since := now; END_IF;\n"
+            "b := a; q := a AND now - since >= T#20ms;")
+    declared = "a b q clock : BOOL; now since : TIME"
+    rows = run(statements(text, declared), [{"a": a} for a in (0, 1, 1, 1, 1, 0, 1, 1, 1)], "q")
+    assert rows == list("000110001")
+    (found,) = findings(statements(f"IF a THEN {asks} END_IF;", declared))
+    assert found.startswith("LD0151")
+
+
 @pytest.mark.parametrize("text, gives", [
     ("q := TRUE; (* x (* y *) w := TRUE; *)", "1 0"), ("(***)q := TRUE; (* (* (* *) *) *) w := TRUE;", "1 1"),
     ("(* 'it (* is' *) q := TRUE; // (* no\nw := TRUE;", "1 1"),

@@ -17,8 +17,8 @@ Signal = int | tuple[str, int]
 
 
 def in_turn(steps: Sequence[Bare]) -> tuple[list[int], bool]:
-    """The numbers of the steps, each behind those of what feeds it, and whether that is possible: those of a loop
-    follow each other in drawing order."""
+    """The numbers of the steps, each behind those of what feeds it, and whether that is possible: those of a
+    loop follow each other in drawing order."""
     gives = [_fed(step) for step in steps]
     feeders = {net for nets in gives for net in nets}
     takes = [{net for net in (step.head, *step.reads) if net in feeders} for step in steps]
@@ -29,8 +29,8 @@ def in_turn(steps: Sequence[Bare]) -> tuple[list[int], bool]:
 
 
 def _sorted(gives: Sequence[Collection[Signal]], takes: Sequence[Collection[Signal]]) -> list[int]:
-    """The numbers, as early as possible, each behind all that give what it takes; without those for which a loop
-    forbids that."""
+    """The numbers, as early as possible, each behind all that give what it takes; without those for which a
+    loop forbids that."""
     feeders: dict[Signal, int] = {}
     for signals in gives:
         for signal in signals:

@@ -205,7 +205,7 @@ def _body(
             if node.tag == "IL":
                 return ast.TextBody(node.tag, node.body)
             if node.tag == "ST":
-                return statements(node.body, diagnostics)
+                return statements(node.body, diagnostics, more if pou.get("pouType") != "function" else None)
             if node.tag == "SFC":
                 return ChartReader(pou, holder, node, name, more, diagnostics).chart()
     at = pou.find("body") or pou

@@ -13,7 +13,9 @@ from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
 from ldc.parser.plcopen import backwards, boxes, findings, paths, texts
 from ldc.parser.plcopen.blocks import Pins
-from ldc.parser.plcopen.drawing import CALLED, RAIL, Drawing, Element, Input, Output, is_conditional, output_of
+from ldc.parser.plcopen.drawing import (
+    CALLED, RAIL, Drawing, Element, Input, Output, is_conditional, output_of,
+)
 from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.source import Span
 

@@ -211,7 +211,7 @@ class ChartReader:
         return rungs_of(self._of(parts, ("transition",)), self.diagnostics), name
 
     def _feeding(self, work: list[Node], found: dict[int, Node], calls_end: bool = False) -> None:
-        """Adds all that leads to the elements ``work``, by identity; but not, if so, what leads to calls."""
+        """Adds all that leads to the elements ``work``; but not, if so, what leads to calls."""
         while work:
             for pin in _points(work.pop()):
                 for wire in pin.all("connection"):

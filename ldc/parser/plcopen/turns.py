@@ -1,7 +1,7 @@
 """Whether the places of elements alone show in which order they are evaluated (docs/plcopen.md).
 
-Elements follow each other by their places (or numbers), each behind what feeds it, network by network. Which of
-a loop begins is found by going back from what is written, as the generator of Beremiz and OpenPLC does.
+Elements follow each other by their places (or numbers), each behind what feeds it, network by network. Which
+of a loop begins is found by going back from what is written, as the generator of Beremiz and OpenPLC does.
 """
 
 from __future__ import annotations
