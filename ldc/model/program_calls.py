@@ -9,7 +9,7 @@ task runs a program that calls it. Addresses in such a program are completed by 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 
 from ldc.free_names import free_name
@@ -167,17 +167,28 @@ def _called(project: ast.Project, programs: Mapping[str, ast.Pou]) -> Iterator[s
     """The programs that POUs call, in capitals."""
     if not programs:
         return
-    names = "|".join(map(re.escape, programs))
-    hints = re.compile(rf"\b(?:{names})\s*\(|\bCAL(?:C|CN)?\s+(?:{names})\b|<block\b[^>]*?\btypeName=.(?:{names})\b",
-                       re.IGNORECASE)
     hinted: dict[SourceFile, bool] = {}
     for pou in (pou for file in project.files for pou in file.pous):
         source = pou.span.source
         if source not in hinted:
-            hinted[source] = hints.search(source.text) is not None
+            hinted[source] = _hints(source.text.upper(), programs)
         if hinted[source]:
             for call in _calls(pou, programs):
                 yield call.upper() if isinstance(call, str) else _name(call)
+
+
+def _hints(text: str, programs: Iterable[str]) -> bool:
+    """Whether a text, in capitals, may call one of the programs: to look is cheaper than to walk."""
+    for name in programs:
+        at = text.find(name)
+        while at >= 0:
+            before, behind = text[max(at - 12, 0) : at].rstrip(), text[at + len(name) : at + len(name) + 40].lstrip()
+            if behind[:1] == "(" or before.endswith(("CAL", "CALC", "CALCN")):
+                return True
+            if before.endswith(('TYPENAME="', "TYPENAME='")) and text.startswith("BLOCK", text.rfind("<", 0, at) + 1):
+                return True
+            at = text.find(name, at + 1)
+    return False
 
 
 def _calls(pou: ast.Pou, programs: Mapping[str, object]) -> Iterator[statements.Invoke | ast.Block | str]:
