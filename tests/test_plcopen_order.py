@@ -68,7 +68,8 @@ def test_a_coil_reads_a_box_behind_where_it_is_written(loop: bool) -> None:
                      block(7, "NOT", {"IN": "6.OUT"}, ("OUT",), at=(60, 90)),
                      coil(8, "b", "7.OUT", at=(90, 90)))
         rows = run(xml, [{"a": 0}, {"a": 1}, {"a": 0}, {"a": 0}], "q w b")
-        assert rows == (["1 1 1", "0 0 1", "1 1 0", "1 1 1"] if loop else ["1 1 0", "0 0 1", "1 1 0", "1 1 0"])
+        assert [row[:3] for row in rows] == ["1 1", "0 0", "1 1", "1 1"]
+        assert [row[4:] for row in rows] == list("1101" if loop else "0100")
 
 
 def test_a_box_that_is_fed_by_what_it_feeds() -> None:
