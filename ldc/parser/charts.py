@@ -1,6 +1,7 @@
 """The body of a POU that is a sequential function chart: its words cut into steps, transitions and actions.
 
-The body of an action is a ladder when it begins with RUNG, statements otherwise, in .ld and .st files alike.
+The body of an action is a ladder when it begins with RUNG, a list when it begins as one, statements otherwise, in .ld
+and .st files alike.
 A part that is wrong gives its findings and is left out.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 from ldc.parser import ast, sfc
 from ldc.parser.findings import cut
 from ldc.parser.lexer import SECTIONS
+from ldc.parser.listing import is_list
 from ldc.parser.statements import StatementBody
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
@@ -203,7 +205,7 @@ class _Reader:
             stop -= 1  # _close reports it
         to = self.tokens.starts[stop] if stop < len(self.types) else self.tokens.ends[-1]
         span = Span(self.tokens.source, start, max(start, to))
-        if self.listed:
+        if self.listed or is_list(self.tokens, first, stop):
             return ast.TextBody("IL", span)
         if first < stop and self.types[first] == "RUNG" or first == stop and self.ladder:
             return ast.LadderBody(tuple(self._rungs(first, stop)), span)

@@ -11,6 +11,7 @@ from ldc.parser import ast, charts, sfc, statements
 from ldc.parser.beyond import take_out
 from ldc.parser.findings import TooMany, cut
 from ldc.parser.lexer import BAD, QUALIFIERS, SECTIONS, Tokens, lex
+from ldc.parser.listing import is_list
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
 from ldc.parser.unread import Heads
@@ -31,7 +32,8 @@ def parse_file(source: SourceFile, diagnostics: Diagnostics, heads: Heads | None
     """What a source says; what cannot be read is left out and told (codes LD01xx). ``heads``: of rungs that were
     read before, which are not read again.
 
-    The ending of the path decides about bodies: ``.st`` and ``.il`` hold text, any other ladders.
+    The ending of the path decides about bodies: ``.st`` and ``.il`` hold text, any other ladders. A body in a
+    ``.st`` file that begins as a list is one.
     """
     tokens = lex(source)
     reader = Reader(tokens, diagnostics, heads)
@@ -216,10 +218,12 @@ class Reader:
         if self._is_chart():
             body = self._chart()
         else:
-            if self.language == "ST":
-                body = self._statements(f"END_{kind}")
+            if self.language is None:
+                body = self._ladder(sections, kind, first)
+            elif self.language == "IL" or is_list(self.tokens, self.at, len(self.types)):
+                body = self._text_body()
             else:
-                body = self._text_body() if self.language else self._ladder(sections, kind, first)
+                body = self._statements(f"END_{kind}")
             actions = self._actions()
         last = self._pou_end(f"END_{kind}", first)
         if head is not None:
@@ -276,7 +280,7 @@ class Reader:
         start = self.tokens.ends[self.at - 1]
         self._seek(_BODY_STOPS)
         end = self.tokens.starts[self.at] if self.at < len(self.types) else len(self.tokens.source.text)
-        return ast.TextBody(self.language, Span(self.tokens.source, start, end))
+        return ast.TextBody("IL", Span(self.tokens.source, start, end))
 
     def _chart(self) -> sfc.SfcBody:
         first, start = self.at, self.tokens.ends[self.at - 1]

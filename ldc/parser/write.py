@@ -14,6 +14,8 @@ from ldc.parser import ast, reader, unparse
 from ldc.parser.format import format_file, heading, program_text, task_text
 from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
+from ldc.parser.lexer import lex
+from ldc.parser.listing import is_list
 from ldc.parser.sfc import SfcBody, bodies, parts_of
 from ldc.parser.statements import StatementBody
 from ldc.records import replace
@@ -28,7 +30,8 @@ def ending(pou: ast.Pou) -> str:
     inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else (pou.body,)
     if any(isinstance(body, ast.LadderBody) for body in inside):
         return ".ld"
-    return ".il" if isinstance(pou.body, ast.TextBody) else ".st"
+    listed = not isinstance(pou.body, SfcBody) and all(isinstance(body, ast.TextBody) for body in parts_of(pou))
+    return ".il" if listed else ".st"
 
 
 def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.File:
@@ -45,20 +48,24 @@ def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.F
 
 
 def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
-    """Whether a text file can hold the POU: there, a chart has rungs or statements inside of it, and a POU
-    with one body in Instruction List has no other language."""
-    inside = parts_of(pou)
-    listed = next((body for body in inside if isinstance(body, ast.TextBody)), None)
-    other = isinstance(pou.body, SfcBody) or not all(isinstance(body, ast.TextBody) for body in inside)
-    if listed is not None and other:
-        chart = isinstance(pou.body, SfcBody)
-        diagnostics.error(
-            "LD0154", f"`{pou.name}` is a chart with a body in Instruction List" if chart
-            else f"`{pou.name}` has bodies in Instruction List and in another language", listed.span,
-            f"no text file holds this {'in a chart' if chart else 'beside the other'}",
-            help="write it in Structured Text or as a ladder; as it is, the file compiles without import")
-        return False
+    """Whether a text file can hold the POU: bodies in Instruction List among others have to begin as no statement
+    does, and stand in no ladder."""
+    if ending(pou) == ".il":
+        return True
+    for body in parts_of(pou):
+        if isinstance(body, ast.TextBody) and not _told(body):
+            diagnostics.error(
+                "LD0154", f"`{pou.name}` has a body in Instruction List that begins like a statement", body.span,
+                "no text file holds this beside bodies in other languages",
+                help="begin it with LD, write it in Structured Text or as a ladder; as it is, the file compiles "
+                     "without import")
+            return False
     return True
+
+
+def _told(body: ast.TextBody) -> bool:
+    text = lex(SourceFile("", body.span.text))
+    return is_list(text, 0, len(text.types))
 
 
 def _lines(parts: Iterable[Part]) -> Iterator[str]:
