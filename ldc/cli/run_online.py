@@ -97,8 +97,9 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
 
         while (scans is None or controller.machine.scans < scans) and not ended() and not whole.over:
             if server.serve():
-                whole.follow()
-                followed()
+                with server.following():
+                    whole.follow()
+                    followed()
             if not whole.due():
                 continue
             stimuli.apply(machine)

@@ -56,9 +56,9 @@ def stays(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnosti
         if name != key:
             label = "the file has other contents now"
         elif key in _TABLES and was:
-            label = "the runtime has others"
+            label = "it was another one then"
         else:
-            label = f"the runtime has {was[:80] or 'none'}"
+            label = f"it was {was[:80]} then" if was else "it was not given then"
         section, _, setting = name.partition(".")
         found.warning("LD0863", f"{_shown(name)} stays as it was when the runtime was started",
                       _span(manifest, section, setting), label,

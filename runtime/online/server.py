@@ -77,20 +77,28 @@ class Server:
     # ---- of the thread that runs scans -----------------------------------------------------------
 
     def serve(self) -> bool:
-        """To be called between two scans: does what clients want; whether another program runs now."""
+        """To be called between two scans: does what clients want until another program runs; whether one does
+        now. Whoever follows it does so within ``following``."""
         controller, before = self.controller, self.controller.swaps
+        begin = time.perf_counter_ns()
         controller.between()
-        while not self._jobs.empty():
+        while controller.swaps == before and not self._jobs.empty():
             future, job = self._jobs.get()
-            begin = time.perf_counter_ns()
-            swaps = controller.swaps
             try:
                 future.set_result(job())
             except Invalid as error:
                 future.set_exception(error.with_traceback(None))  # its frames hold the future
-            if controller.swaps != swaps:
-                self._pause = time.perf_counter_ns() - begin
-        return controller.swaps != before
+        if controller.swaps == before:
+            return False
+        self._pause = time.perf_counter_ns() - begin
+        return True
+
+    @contextmanager
+    def following(self) -> Iterator[None]:
+        """What is done for the program that runs from now on belongs to the pause of the swap."""
+        begin = time.perf_counter_ns()
+        yield
+        self._pause += time.perf_counter_ns() - begin
 
     def _note(self, event: Event) -> None:
         self._audit.event(event)
