@@ -249,22 +249,22 @@ class Scheduler:
             return
         counts, now = thread.counts, self.now_ns
         delay = now - thread.released
-        if not delay:
-            counts.least_delay = 0
-        else:
+        if delay:
             counts.least_delay = min(delay, counts.least_delay)
             counts.most_delay = max(delay, counts.most_delay)
+        else:
+            counts.least_delay = 0
         if self.log is not None:
             self._note(on, thread, "began")
         pieces = thread.work(now)
         if pieces is not None:
             thread.pieces = pieces
             on.stack.append(thread)
-        elif thread.quick and not delay and thread.pending is None:  # as in _ended, in no time
+        elif delay or not thread.quick or thread.pending is not None:
+            self._ended(on, thread)
+        else:  # as in _ended, in no time
             thread.active, thread.streak = False, 0
             counts.executions += 1
-        else:
-            self._ended(on, thread)
 
     def _end_if_through(self, on: _Processor) -> bool:
         """Ends the thread in execution when its iterator tells that it has no piece more."""

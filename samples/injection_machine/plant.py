@@ -87,22 +87,24 @@ class Axis:
         self.coming.append((at, reference * self.gain))
         self.still = False
 
+    def glide(self, ns: float) -> None:
+        """Moves with the velocity that has reached the axis."""
+        lag, seconds, reached = self.drive.lag, ns * 1e-9, self.reached
+        decay, excess = exp(-seconds / lag), self.velocity - reached
+        self.position += reached * seconds + excess * lag * (1.0 - decay)
+        self.velocity = reached + excess * decay
+
     def step(self, since_ns: int, now_ns: int) -> None:
-        """Moves on, from one velocity that reaches it to the next; not called while it stands still."""
-        coming, lag, reached, velocity = self.coming, self.drive.lag, self.reached, self.velocity
-        while since_ns < now_ns:
-            until_ns = now_ns
-            if coming and coming[0][0] < now_ns:
-                until_ns, follows = coming.popleft()
-            if until_ns > since_ns:
-                seconds, excess = (until_ns - since_ns) * 1e-9, velocity - reached
-                decay = exp(-seconds / lag)
-                self.position += reached * seconds + excess * lag * (1.0 - decay)
-                velocity, since_ns = reached + excess * decay, until_ns
-            if until_ns != now_ns:
-                reached = self.reached = follows
-        self.velocity = velocity
-        if reached == 0.0 and not coming and abs(velocity) < AT_REST:
+        """Moves on; not called while it stands still."""
+        coming = self.coming
+        while coming and coming[0][0] < now_ns:
+            when, velocity = coming.popleft()
+            if when > since_ns:
+                self.glide(when - since_ns)
+                since_ns = when
+            self.reached = velocity
+        self.glide(now_ns - since_ns)
+        if self.reached == 0.0 and not coming and abs(self.velocity) < AT_REST:
             self.velocity, self.still = 0.0, True
             self.rest(now_ns)
         self.measure()
