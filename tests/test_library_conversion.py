@@ -100,8 +100,16 @@ def test_a_real_and_the_bit_string_of_its_width_are_one_pattern():
     assert convert(LWORD, LREAL, 0x3FF8 << 48) == 1.5
 
 
+def test_other_bit_strings_count_as_unsigned_numbers():
+    assert [convert(s, t, v) for s, t, v in (
+        (BYTE, REAL, 255), (WORD, LREAL, 65_535), (DWORD, LREAL, 2**32 - 1), (LWORD, REAL, 2**63))] == [
+        255.0, 65_535.0, 2.0**32 - 1, 2.0**63]
+    assert [convert(s, t, v) for s, t, v in (
+        (REAL, WORD, 2.5), (LREAL, BYTE, 300.0), (REAL, WORD, -1.0), (LREAL, DWORD, 7.6))] == [2, 255, 0, 8]
+
+
 @pytest.mark.parametrize("name", [
-    "REAL_TO_WORD", "LREAL_TO_DWORD", "WORD_TO_REAL", "BOOL_TO_TIME", "TIME_TO_DATE", "DT_TO_TIME",
+    "BOOL_TO_TIME", "TIME_TO_DATE", "DT_TO_TIME",
     "INT_TO_INT", "REAL_TO_DT", "DATE_TO_TOD", "BOOL_TO_DATE",
 ])
 def test_conversions_that_make_no_sense_do_not_exist(name):

@@ -24,6 +24,8 @@ TYPES = (BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL, BY
          TIME, DATE, TOD, DT, STRING, WSTRING)
 _INTEGERS = ("int", "uint", "bits")
 _TRANSFERS = {("REAL", "DWORD"), ("DWORD", "REAL"), ("LREAL", "LWORD"), ("LWORD", "LREAL")}
+KEPT = frozenset(f"{a}_TO_{b}" for a, b in _TRANSFERS)
+"""Conversions that keep the bits, though their names are like those that convert a number."""
 _TIMES = {("dt", "date"), ("dt", "tod"), ("date", "dt"), ("tod", "time"), ("time", "tod")}
 # One of an integer is so many of the stored unit.
 _SCALE = {"time": MILLISECOND, "tod": MILLISECOND, "dt": SECOND}
@@ -36,8 +38,6 @@ def exists(source: Type, target: Type) -> bool:
     a, b = source.kind, target.kind
     if source == target:
         return False
-    if "real" in (a, b) and "bits" in (a, b):
-        return (source.name, target.name) in _TRANSFERS
     if a in _SCALE or b in _SCALE or "date" in (a, b):
         other = b if a in _SCALE or a == "date" else a
         return (a, b) in _TIMES or other in _INTEGERS or (other == "real" and "time" in (a, b))

@@ -18,6 +18,13 @@ def block_of_unknown_type(diagnostics: Diagnostics, span: Span, name: str) -> No
                      help="its declaration is told as an error: the type is in none of the files")
 
 
+def bits_kept(diagnostics: Diagnostics, span: Span, function: str) -> None:
+    source, _, target = function.partition("_TO_")
+    number = "UDINT" if "DWORD" in function else "ULINT"
+    diagnostics.note("LD0170", f"{function} keeps the bits", span, "the pattern, not the number",
+                     help=f"for the number write {number}_TO_{target}({source}_TO_{number}(x))")
+
+
 def wrong_kind(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
     diagnostics.error("LD0502", message, span, label, help=help)
 

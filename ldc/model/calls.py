@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, Output
-from ldc.library import functions
+from ldc.library import conversion, functions
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
 from ldc.model import bytes_of, expressions, places, type_findings, wiring
@@ -144,6 +144,8 @@ def _standard_function(
     values = [expressions.value(env, places[i].value, None, diagnostics) for i in range(count)]
     if None in values:
         return None
+    if function.name in conversion.KEPT:
+        findings.bits_kept(diagnostics, node.span, function.name)
     return expressions.apply(env, function.name, tuple(values), node.span, diagnostics, hint)
 
 

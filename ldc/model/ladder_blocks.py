@@ -6,6 +6,7 @@ from itertools import count
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Place
+from ldc.library import conversion
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
 from ldc.model import action_calls, elements, expressions, places
@@ -115,6 +116,8 @@ def _standard_signature(
     if not function.extensible:
         number = function.least
     names = function.pins(number)
+    if function.name in conversion.KEPT:
+        findings.bits_kept(diagnostics, node.span, function.name)
     if missing := [names[i] for i in range(number) if i not in given]:
         findings.pin_missing(diagnostics, node.span, function.name, missing,
                              pins_help(function.names) + (" ..." if function.extensible else ""))

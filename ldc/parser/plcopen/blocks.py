@@ -43,7 +43,7 @@ class Pins:
         self.head = self.tail = None
         self.result: Elementary | None = None
         self.bits = 0
-        self.mixed = self.detoured = False
+        self.mixed = False
 
     def _action(self) -> None:
         """A type `action`, `Pou.action` or `instance.action` is a call of an action, which has EN and ENO."""
@@ -74,7 +74,6 @@ class Pins:
             self._input(pin)
         if self.is_function:
             self._open_inputs()
-            self._detour()
             self._mixed()
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         conditional = [step for step in after if not step[4]] if is_conditional(self.element) else []
@@ -171,23 +170,6 @@ class Pins:
         type_ = wires.pin_type(self.type, self.is_function, name, self.writer.drawing.more)
         return type_ if type_ is not None and type_.name in kinds.NUMBERS else None
 
-    def _detour(self) -> None:
-        """A conversion between a bit string and a REAL is two: the first at the pin, or the second at the
-        variable that takes the result."""
-        both = kinds.detour(self.type)
-        if both is None:
-            return
-        self.detoured = True
-        first, second = both
-        if first.startswith(("REAL_", "LREAL_")):
-            self.type = first
-            return
-        self.type, named = second, [pin for pin in self.pins if (pin.name or "").upper() != "EN"]
-        for pin in named:
-            if not isinstance(pin.value, ast.Branches | ast.Junction):
-                given = ast.Argument(None, pin.value, False, pin.span)
-                self.pins[self.pins.index(pin)] = replace(pin, value=ast.Call(first, (given,), pin.span))
-
     def _mixed(self) -> None:
         """The operands of an operator, when bit strings are among numbers. Keeps what it gives (``result``),
         from operands of how many ``bits``, and whether some were converted (``mixed``)."""
@@ -224,7 +206,7 @@ class Pins:
             return "MOVE"
         if not kinds.needed(kinds.Kind(source, self.bits or source.bits), target.type):
             return "MOVE"
-        if not self.mixed and not self.detoured:
+        if not self.mixed:
             findings.converted(self.writer.diagnostics, place.span, source.name, target.type.name)
         return f"{source.name}_TO_{target.type.name}"
 

@@ -17,26 +17,21 @@ from ldc.parser.plcopen import kinds
 from ldc.parser.plcopen.guarded import Pins
 from ldc.parser.plcopen.pins import standard_names
 from ldc.parser.plcopen.rewrite import rewritten
-from ldc.patterns import Pattern
 from ldc.records import replace
 from ldc.types import Elementary
 
-_BITS_AND_REALS = Pattern(r"(BYTE|WORD)_TO_L?REAL|REAL_TO_(BYTE|D?WORD|LWORD)", re.IGNORECASE)
 _OTHERWISE = frozenset(("CTU", "CTD", "CTUD", "SR", "RS"))
 
 
 def standard(
-    body: object, text: str, variables: Mapping[str, ast.VarDecl], interfaces: Mapping[str, Pins]
+    body: object, variables: Mapping[str, ast.VarDecl], interfaces: Mapping[str, Pins]
 ) -> object:
-    """A body with its calls. ``text``: what it is written in; ``variables``: of the POU, by name in capitals;
+    """A body with its calls. ``variables``: of the POU, by name in capitals;
     ``interfaces``: of the function blocks of the file."""
     types = {name: v.type.name.upper() for name, v in variables.items() if isinstance(v.type, ast.NamedType)}
     called = {name: type_ for name, type_ in types.items() if type_ in interfaces or blocks.signature(type_)}
 
     def change(node: object) -> object:
-        if isinstance(node, ast.Call) and (both := kinds.detour(node.name)) is not None:
-            inner = replace(node, name=both[0])
-            return replace(node, name=both[1], arguments=(ast.Argument(None, inner, False, node.span),))
         if not isinstance(node, st.Invoke) or not isinstance(node.callee, ast.Name) or not node.arguments:
             return node
         type_ = called.get(node.callee.name.upper())
@@ -47,7 +42,7 @@ def standard(
         own = type_ in interfaces or type_ not in _OTHERWISE
         return node if own else replace(node, arguments=_renamed(node.arguments, type_))
 
-    return rewritten(body, change) if called or _BITS_AND_REALS.search(text) else body
+    return rewritten(body, change) if called else body
 
 
 def numbers(

@@ -18,7 +18,6 @@ NUMBERS = {name: type_ for name, type_ in ELEMENTARY.items()
            if isinstance(type_, Elementary) and type_.kind in ("int", "uint", "bits")}
 _SIGNED = {8: "SINT", 16: "INT", 32: "DINT", 64: "LINT"}
 _UNSIGNED = {8: "USINT", 16: "UINT", 32: "UDINT", 64: "ULINT"}
-_REALS = ("REAL", "LREAL")
 _SIZES = {"B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 ARITHMETIC = frozenset(("+", "-", "*", "/", "MOD"))
 COMPARISONS = frozenset(("=", "<>", "<", ">", "<=", ">="))
@@ -128,19 +127,6 @@ def result(function: str) -> Elementary | None:
     """What a conversion function gives, when it is a number."""
     _, mark, to = function.upper().rpartition("_TO_")
     return NUMBERS.get(to) if mark else None
-
-
-def detour(function: str) -> tuple[str, str] | None:
-    """The two conversions that one between a bit string and a REAL is, which the standard does not have: the
-    bits count as an unsigned number. None for other functions."""
-    source, mark, target = function.upper().partition("_TO_")
-    if not mark or functions.lookup(function.upper()) is not None:
-        return None
-    if target in _REALS and (bits := NUMBERS.get(source)) is not None and bits.kind == "bits":
-        return f"{source}_TO_{_UNSIGNED[bits.bits]}", f"{_UNSIGNED[bits.bits]}_TO_{target}"
-    if source in _REALS and (bits := NUMBERS.get(target)) is not None and bits.kind == "bits":
-        return f"{source}_TO_{_UNSIGNED[bits.bits]}", f"{_UNSIGNED[bits.bits]}_TO_{target}"
-    return None
 
 
 def common(operands: Sequence[Kind | None], compared: bool) -> Elementary | None:

@@ -178,7 +178,7 @@ def _pous(
         reading.remarks += more.remarks(head.name)
         for at, one in enumerate(bodies):
             if isinstance(one, StatementBody | SfcBody):
-                bodies[at] = invocations.standard(one, head.node.whole.text, local, interfaces)
+                bodies[at] = invocations.standard(one, local, interfaces)
                 if seen:
                     pins = invocations.numbers(local, interfaces)
                     bodies[at] = written_out(bodies[at], seen, pins, diagnostics)
