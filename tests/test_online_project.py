@@ -21,9 +21,8 @@ from online_runtime import running, wait_until
 from runtime.online.wire import Get
 
 SAMPLE = Path(__file__).resolve().parents[1] / "samples" / "injection_machine"
-WAYS = pytest.mark.parametrize("way", [
-    ("--no-wait",), pytest.param(("--no-wait", "--engine", "native"), marks=native.needs_gcc),
-    pytest.param(("--realtime",), marks=pytest.mark.xdist_group("real time"))], ids=" ".join)
+ENGINES = [("--no-wait",), pytest.param(("--no-wait", "--engine", "native"), marks=native.needs_gcc)]
+REALTIME = pytest.param(("--realtime",), marks=pytest.mark.xdist_group("real time"))
 
 PROJECT = '[project]\nname = "plant"\nmodules = ["beat", "counts"]\n'
 MESSAGE = '[messages.beats]\nfrom = "beat.now"\nto = [{ module = "counts", flag = "heard" }]\n'
@@ -74,7 +73,7 @@ def value(path: str) -> str:
     return link.ask(link.socket_path(None, ""), Get(paths=[path])).values[0].value
 
 
-@WAYS
+@pytest.mark.parametrize("way", [*ENGINES, REALTIME], ids=" ".join)
 def test_messages_come_to_a_program_that_was_started_without_any(folder, monkeypatch, capsys, way) -> None:
     with begun(monkeypatch, *way):
         (folder / "ldc.toml").write_text(PROJECT + MESSAGE)
@@ -89,7 +88,7 @@ def test_messages_come_to_a_program_that_was_started_without_any(folder, monkeyp
         assert value("counts.all.CV") == before, "the program before knows of no message"
 
 
-@WAYS
+@pytest.mark.parametrize("way", ENGINES, ids=" ".join)
 def test_the_ejector_brings_its_message_along(tmp_path, monkeypatch, way) -> None:
     """What stands in ldc.toml when the module is inserted comes with it, in one step."""
     folder = tmp_path / "machine"
@@ -102,15 +101,6 @@ def test_the_ejector_brings_its_message_along(tmp_path, monkeypatch, way) -> Non
     (folder / "ejector.ld").rename(tmp_path / "ejector.ld")
     (folder / "inputs.csv").write_text("scan,auto_switch,guard,motor_ok\n0,1,1,1\n")
     monkeypatch.chdir(folder)
-    if "--realtime" in way:  # slaves have to know its axis
-        (tmp_path / "ejector.ld").rename(folder / "ejector.ld")
-        (folder / "ldc.toml").write_text(whole.replace(message, ""))
-        with begun(monkeypatch, *way):
-            wait_until(lambda: value("control.automatic") == "1")
-            (folder / "ldc.toml").write_text(whole)
-            done("stage", "test", "commit")
-            wait_until(lambda: value("control.parts.CV") == "1", 25)
-        return
     with begun(monkeypatch, *way):
         wait_until(lambda: value("control.automatic") == "1")
         (tmp_path / "ejector.ld").rename(folder / "ejector.ld")
