@@ -247,3 +247,28 @@ def test_a_union_is_told_once(text: str) -> None:
     found = checked(f"TYPE U : {text} PROGRAM main VAR b : BOOL; u1 : U; END_VAR b := TRUE; END_PROGRAM", "main.st")
     assert [d.code for d in found.diagnostics if d.severity == "error"][0] == "LD0237"
     assert text[-1] == ";" or [d.code for d in found.diagnostics if d.severity == "error"] == ["LD0237"]
+
+
+def test_a_call_by_name_need_not_be_complete(tmp_path: Path) -> None:
+    """What is left out is the default of its type, with a warning; a call by position is an error."""
+    text = """FUNCTION mixed : INT
+VAR_INPUT a : INT; b : INT := 5; c : BOOL; END_VAR
+    mixed := a + b;
+    IF c THEN mixed := -mixed; END_IF;
+END_FUNCTION
+FUNCTION moved : INT
+VAR_INPUT a : INT; END_VAR
+VAR_OUTPUT twice : INT; END_VAR
+    moved := a + 1; twice := a * 2;
+END_FUNCTION
+PROGRAM main
+VAR x, y, z, t : INT := 9; END_VAR
+    x := mixed(b := 2);
+    y := mixed(EN := x > 0, b := 3, c := TRUE);
+    z := moved(twice => t);
+END_PROGRAM
+"""
+    told = compiled(text, "main.st").diagnostics
+    assert [(d.code, d.severity) for d in told] == [("LD0171", "warning")] * 3
+    assert trace(tmp_path, text, "main.st", [{}], ["x", "y", "z", "t"]) == [(2, -3, 1, 0)]
+    assert "LD0507" in [d.code for d in checked(text.replace("b := 2", "2"), "main.st").diagnostics]

@@ -68,6 +68,12 @@ def pin_missing(diagnostics: Diagnostics, span: Span, block: str, pins: Iterable
     diagnostics.error("LD0507", f"`{block}` needs {names}", span, "not given", help=help)
 
 
+def left_out(diagnostics: Diagnostics, span: Span, function: str, pins: Iterable[str]) -> None:
+    names = ", ".join(f"`{pin}`" for pin in pins)
+    diagnostics.warning("LD0171", f"`{function}` is called without {names}", span, "the default of the type is taken",
+                        help="give a value, or declare an initial one")
+
+
 def wrong_direction(diagnostics: Diagnostics, span: Span, pin: str, is_output: bool) -> None:
     if is_output:
         what, label, help = "an output", "written as an input", f"write `{pin} => variable`"

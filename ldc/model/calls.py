@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import conversion, functions
@@ -15,7 +17,7 @@ from ldc.parser import ast
 from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
-from ldc.types import DINT, Array, Instance, Type, is_scalar
+from ldc.types import DINT, Array, Instance, Type, default, is_scalar
 
 
 _INSTEAD = dict.fromkeys(("ADR", "REF", "__NEW", "__DELETE"),
@@ -174,16 +176,20 @@ def _project_function(
             return None
         given[key] = argument
     typed: list[Expr | None] = []
-    missing = []
+    missing, bare = [], []
     for parameter in signature.inputs:
         argument = given.get(parameter.name.upper())
         if argument is not None:
             typed.append(expressions.expression(env, argument.value, parameter.type, diagnostics,
                                                 f"pin `{parameter.name}`"))
-        elif (unset := default_argument(parameter)) is not None:
+        elif (unset := default_argument(parameter, by_name(env, node.arguments))) is not None:
             typed.append(unset)
+            if parameter.initial is None:
+                bare.append(parameter.name)
         else:
             missing.append(parameter.name)
+    if bare and not missing:
+        findings.left_out(diagnostics, node.span, signature.name, bare)
     if missing:
         findings.pin_missing(diagnostics, node.span, signature.name, missing,
                              "give a value to every input that has no initial value")
@@ -237,11 +243,17 @@ def _parameter(
     return found
 
 
-def default_argument(parameter: Parameter) -> Const | None:
-    """What an input takes that a call leaves out: its declared initial value, if it is a scalar."""
-    if parameter.initial is None or not is_scalar(parameter.type):
+def default_argument(parameter: Parameter, named: bool) -> Const | None:
+    """What an input takes that a call leaves out: its declared initial value, if it is a scalar; that of its type
+    in a call by name."""
+    if not is_scalar(parameter.type) or parameter.initial is None and not named:
         return None
-    return Const(parameter.initial, parameter.type)
+    return Const(default(parameter.type) if parameter.initial is None else parameter.initial, parameter.type)
+
+
+def by_name(env: Environment, given: Iterable[ast.Argument | ast.Pin]) -> bool:
+    """Whether a statement gives all arguments by name: such a list need not be complete (2.5.1.3)."""
+    return env.statements and all(one.name is not None for one in given)
 
 
 def pins_help(names) -> str:

@@ -48,16 +48,21 @@ class Wiring:
         if given is None:
             return None
         unset: list[PinIn] = []
-        missing = []
+        missing, bare = [], []
+        named = calls.by_name(self.env, self.node.pins)
         for parameter in self.signature.inputs:
             if parameter.name in given or parameter is power_in:
                 continue
-            value = calls.default_argument(parameter)
+            value = calls.default_argument(parameter, named)
             if value is None:
                 missing.append(parameter.name)
             else:
+                if parameter.initial is None:
+                    bare.append(parameter.name)
                 unset.append(PinIn(parameter.name, parameter.type, value, self.node.span))
         missing += [p.name for p in self.in_outs if p.name not in given]
+        if bare and not missing:
+            findings.left_out(self.diagnostics, self.node.span, self.signature.name, bare)
         if missing:
             findings.pin_missing(self.diagnostics, self.node.span, self.signature.name, missing,
                                  "give a value to every input that has no initial value")
