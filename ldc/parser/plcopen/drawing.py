@@ -375,6 +375,8 @@ def is_conditional(block: Element) -> bool:
 
 def _as_wired(pin: Input) -> list[str]:
     """The elements that an input is wired to, in the order of its wires."""
+    if len(pin.sources) < 2:  # nearly all: their wires need not be looked at
+        return [id_ for id_, _ in pin.sources]
     found = {id_ for id_, _ in pin.sources}
     wired = [id_ for id_, _ in pin.node.wires() if id_ in found]
     return wired + sorted(found.difference(wired))
