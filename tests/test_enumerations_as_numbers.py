@@ -10,6 +10,7 @@ from everywhere import checked, trace
 HEAD = """TYPE
     State : (idle := 0, run := 10, stop := 20);
     Mode  : (slow, fast := 40000) UINT;
+    Piece : (one_less, other_one := 5, much := 7000);
     Level : (low := -1, high := 70000);
 END_TYPE
 FUNCTION next_of : State
@@ -20,7 +21,7 @@ VAR_GLOBAL CONSTANT last : INT := stop; END_VAR
 PROGRAM main
 VAR
     state : State; mode : Mode := 1; level : Level; own : (la, lb, lc); i : INT := run; u : UINT; b : BYTE; d : DINT;
-    w : WORD; r : REAL; q, x, y, z : BOOL; field : ARRAY [idle..stop] OF INT; steps : INT; l : LINT;
+    w : WORD; r : REAL; q, x, y, z : BOOL; field : ARRAY [idle..stop] OF INT; steps : INT; l : LINT; part : INT (0..9);
 END_VAR
 """
 
@@ -43,7 +44,7 @@ def test_on_every_engine(tmp_path: Path) -> None:
     END_CASE;
     d := state; u := mode + 1; b := state; w := mode; l := level; field[state] := state; own := own + 1;
     q := state = 10; x := state > idle; y := i = run; z := state >= i;
-    level := d; mode := w; state := next_of(one := state + 0, add := state / 20); own := lb;
+    part := other_one; level := d; mode := w; state := next_of(one := state + 0, add := state / 20); own := lb;
 END_PROGRAM
 """
     names = ("state", "i", "d", "u", "b", "w", "l", "field[10]", "own", "q", "x", "y", "z", "level", "mode", "steps")
@@ -82,7 +83,7 @@ END_PROGRAM
     "b := mode;", "i := mode;", "b := level;", "u := level;", "state := l;", "state := r;", "r := state;",
     "state := mode;", "q := state = mode;", "i := state + mode;", "i := i + mode;", "q := state;", "state := q;",
     "i := -state;", "i := state + 'a';", "i := state AND 1;", "state := 5000000000;", "state := 1.5;",
-    "i := state ** 2;", "state := T#1s;",
+    "i := state ** 2;", "state := T#1s;", "part := stop;", "part := state;", "b := many;",
 ])
 def test_what_may_not_fit_or_is_no_number_is_an_error(statement: str) -> None:
     found = checked(f"{HEAD}{statement} END_PROGRAM", "main.st").diagnostics

@@ -280,8 +280,9 @@ def enumerated(value: Expr, wanted: Type) -> Expr | None:
             base, DINT) else as_number(value, DINT)
     if not isinstance(target, Elementary) or target.kind not in ("int", "uint", "bits"):
         return None
-    least, greatest = target.range
-    if not all(least <= number <= greatest for _, number in source.values):
+    least, greatest = (wanted.low, wanted.high) if isinstance(wanted, Subrange) else target.range
+    numbers = (value.value,) if isinstance(value, Const) else tuple(number for _, number in source.values)
+    if not all(least <= number <= greatest for number in numbers):
         return None
     through = unsigned(target) or target
     number = converted(value, source, through, value.span)
