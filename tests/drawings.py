@@ -39,6 +39,9 @@ RUNGS = {
     "loop": "[a] @in <t: TON(PT := T#1s, ET => e)> @out (q); @out [/b] @in",
     "chosen_pins": "[a] <c: CTUD(CU := b, PV := 3) in=CD out=QD> (q)",
     "not_wired": "<ADD(IN1 := x, IN2 := y, OUT => sum) in=_> (ok)",
+    "operand_at_power": "<t: TON(IN := a, PT := T#1s, Q => b) in=_ out=_>",
+    "junction_at_power": "[x] @up; <t: TON(IN := @up, PT := T#1s, Q => @done) in=_ out=_>; @done [y] (q)",
+    "network_at_own_place": "<t: TON(IN := { [a] | [b] [/c] }, PT := T#1s) in=_> (q)",
     "unknown_block": "[a] <jog: AXIS_JOG(speed := 10.0, done => at_end)> (q)",
     "long_expression": (
         "[temperature > limits.hot OR (pressure >= 17.5 AND mode = Mode#automatic) OR NOT door.closed] "

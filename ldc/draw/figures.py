@@ -164,11 +164,10 @@ def ports(block: ast.Block, options: Options) -> tuple[list[Port], list[Port], b
     known = options.pins_of(block) or (
         BlockPins(("EN",), ("ENO",), "EN", "ENO") if is_function else BlockPins((), (), "", "")
     )
-    power_in, wired_in = _power(block.power_in, known.power_in)
-    power_out, wired_out = _power(block.power_out, known.power_out)
+    power_in, power_out = _power(block.power_in, known.power_in), _power(block.power_out, known.power_out)
     left = _side(block, known.inputs, power_in, False, is_function)
     right = _side(block, known.outputs, power_out, True, is_function)
-    return left, right, wired_in, wired_out
+    return left, right, power_in[1], power_out[1]
 
 
 def _power(chosen: str | None, usual: str | None) -> tuple[str | None, bool]:
@@ -179,13 +178,20 @@ def _power(chosen: str | None, usual: str | None) -> tuple[str | None, bool]:
 
 
 def _side(
-    block: ast.Block, declared: tuple[str, ...], power: str | None, output: bool, is_function: bool
+    block: ast.Block, declared: tuple[str, ...], power: tuple[str | None, bool], output: bool, is_function: bool
 ) -> list[Port]:
+    """The power's pin stands first. When no power is wired, an operand may be: it is drawn there, unless it
+    is a network, which stands at the pin's own place and leaves the power's empty."""
     written = [pin for pin in block.pins if pin.output is output]
     by_name = {pin.name.upper(): pin for pin in written if pin.name is not None}
     positional = [pin for pin in written if pin.name is None]
-    first = power or ""
-    result = [Port(first)]
+    first, wired = power[0] or "", power[1]
+    head = None if wired else by_name.get(first.upper())
+    if head is not None and isinstance(head.value, ast.Branches):
+        first, head = "", None
+    elif head is not None:
+        del by_name[first.upper()]
+    result = [_port(first, head)]
     for name in declared:
         if name.upper() == first.upper():
             continue
