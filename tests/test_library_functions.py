@@ -127,7 +127,7 @@ def test_types_of_a_call(name, types, parameters, result):
     ("INT_TO_REAL", (DINT,), "INT_TO_REAL takes an INT at IN, not DINT"),
     ("EQ", (STRING, WSTRING), "EQ: STRING[80] and WSTRING[80] have no common type; convert one of them"),
     ("GT", (COLOUR, COLOUR), "GT takes a value of an elementary type at IN1, not COLOUR"),
-    ("TO_WORD", (REAL,), "TO_WORD does not take REAL"),
+    ("TO_DT", (REAL,), "TO_DT does not take REAL"),
     ("TO_BOOL", (COLOUR,), "TO_BOOL does not take COLOUR"),
     ("ENUM_TO_INT", (INT,), "ENUM_TO_INT takes an enumeration at IN, not INT"),
     ("TO_INT", (Array(((0, 1),), INT),), "TO_INT does not take ARRAY [0..1] OF INT"),

@@ -100,7 +100,8 @@ def trace_of(text: str) -> int:
 
 @pytest.mark.parametrize(("body", "wanted"), [
     ("b Q= a;", ["LD0133"]), ("n := w.%B1;", ["LD0240"]), ("n := w.%Y1;", ["LD0101"]), ("n S= a;", ["LD0403"]),
-    ("{IF defined (x)} n := 1;", ["LD0118"]), ("/* open n := 1;", ["LD0103", "LD0132"]),
+    ("{IF defined (x)} n := 1;", ["LD0118"]),
+    ("{extern void f(int, T*); f(0, data__);} n := 1;", ["LD0118"]), ("{{ f(x); if (y) { z(); } }} n := 1;", ["LD0118"]), ("/* open n := 1;", ["LD0103", "LD0132"]),
 ])
 def test_what_is_wrong_is_told(body: str, wanted: list[str]) -> None:
     text = f"PROGRAM main VAR a, b : BOOL; n : INT; w : WORD; END_VAR {body} END_PROGRAM"
@@ -272,3 +273,16 @@ END_PROGRAM
     assert [(d.code, d.severity) for d in told] == [("LD0171", "warning")] * 3
     assert trace(tmp_path, text, "main.st", [{}], ["x", "y", "z", "t"]) == [(2, -3, 1, 0)]
     assert "LD0507" in [d.code for d in checked(text.replace("b := 2", "2"), "main.st").diagnostics]
+
+
+def test_trunc_is_of_the_integer_type_that_is_asked_for(tmp_path: Path) -> None:
+    text = """PROGRAM main
+VAR r : REAL := 70000.9; n : INT; u : UINT; w : WORD; d : DINT; l : LINT; END_VAR
+    n := TRUNC(-7.9 + r * 0.0);
+    u := TRUNC(r);
+    w := INT_TO_WORD(TRUNC(r / 10.0));
+    d := TRUNC(r);
+    l := TRUNC(r) + d;
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.st", [{}], list("nuwdl")) == [(-7, 65535, 7000, 70000, 140000)]

@@ -12,12 +12,13 @@ from ldc.model import call_findings as findings
 from ldc.model import bytes_of, expressions, places, type_findings, wiring
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
-from ldc.model.values import Value
+from ldc.model.values import Untyped, Value
 from ldc.parser import ast
 from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
-from ldc.types import DINT, Array, Instance, Type, default, is_scalar
+from ldc.types import (
+    DINT, ELEMENTARY, Array, Elementary, Instance, Subrange, Type, default, is_scalar)
 
 
 _INSTEAD = dict.fromkeys(("ADR", "REF", "__NEW", "__DELETE"),
@@ -143,12 +144,32 @@ def _standard_function(
         findings.pin_missing(diagnostics, node.span, function.name, [names[i] for i in missing],
                              f"write `{function.name}({', '.join(function.names)})`")
         return None
-    values = [expressions.value(env, places[i].value, None, diagnostics) for i in range(count)]
+    values = [expressions.value(env, places[i].value, _wanted(function, places[i].value), diagnostics)
+              for i in range(count)]
     if None in values:
         return None
     if function.name in conversion.KEPT:
         findings.bits_kept(diagnostics, node.span, function.name)
-    return expressions.apply(env, function.name, tuple(values), node.span, diagnostics, hint)
+    name = _truncation(values[0].type, hint) if function.name == "TRUNC" and type(values[0]) is not Untyped else ""
+    return expressions.apply(env, name or function.name, tuple(values), node.span, diagnostics, hint)
+
+
+def _wanted(function: Function, argument: ast.Expr) -> Type | None:
+    """What a conversion asks of TRUNC, whose result is of any integer type (2.5.1.5.1)."""
+    if type(argument) is ast.Call and argument.name.upper() == "TRUNC":
+        return ELEMENTARY.get(function.name.partition("_TO_")[0])
+    return None
+
+
+def _truncation(source: Type, hint: Type | None) -> str:
+    """TRUNC where a type is asked for that a DINT does not go to."""
+    if isinstance(hint, Subrange):
+        hint = hint.base
+    if not isinstance(source, Elementary) or not isinstance(hint, Elementary) or hint == DINT or (
+            functions.widens(DINT, hint)):
+        return ""
+    name = f"{source.name}_TRUNC_{hint.name}"
+    return name if functions.lookup(name) is not None else ""
 
 
 def _project_function(

@@ -200,7 +200,7 @@ class Findings:
     def pragma(self, index: int) -> None:
         self._at("LD0118", "this pragma is not understood", index, "a `{` begins it",
                  "remove it, or put it into a comment; what an editor only shows, `{attribute ...}` and "
-                 "`{region ...}`, may stand in .st files")
+                 "`{region ...}`, may stand in .st files; code in C is written as a component")
 
     def missing_end(self, end: str, opening: int, index: int, found: str) -> None:
         """``opening`` began what ``end`` should close before the token ``index``."""

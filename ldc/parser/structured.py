@@ -131,10 +131,15 @@ class _Reader:
         return self._simple()
 
     def _pragma(self) -> None:
-        """One that is not known to have no effect."""
+        """One that is not known to have no effect: all of it, or without an end the rest of the statement."""
         self.findings.pragma(self.at)
-        closing = next((at for at in range(self.at, self.end) if self.types[at] in ("}", ";")), self.at)
-        self.at = closing + 1
+        depth = 0
+        for at in range(self.at, self.end):
+            depth += (self.types[at] == "{") - (self.types[at] == "}")
+            if not depth:
+                self.at = at + 1
+                return
+        self.at = next((at for at in range(self.at, self.end) if self.types[at] == ";"), self.at) + 1
 
     def _is_continue(self) -> bool:
         """CONTINUE is no keyword of the 2nd edition: it is known by standing alone."""
