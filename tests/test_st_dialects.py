@@ -286,3 +286,25 @@ VAR r : REAL := 70000.9; n : INT; u : UINT; w : WORD; d : DINT; l : LINT; END_VA
 END_PROGRAM
 """
     assert trace(tmp_path, text, "main.st", [{}], list("nuwdl")) == [(-7, 65535, 7000, 70000, 140000)]
+
+
+def test_blocks_of_editors_are_there_in_texts(tmp_path: Path) -> None:
+    """Those of annex F and of Util, as the pins that the text names tell; a component may have the same name."""
+    text = """PROGRAM main
+VAR
+    h : HYSTERESIS; i : INTEGRAL; b : BLINK; c : PID; level, sum, out : REAL; high : BOOL;
+END_VAR
+    level := level + 1.0;
+    h(XIN1 := level, XIN2 := 2.0, EPS := 0.5);
+    high := h.Q;
+    i(RUN := TRUE, R1 := FALSE, XIN := 100.0, X0 := 0.0, CYCLE := T#10ms);
+    sum := i.XOUT;
+    b(ENABLE := TRUE, TIMELOW := T#10ms, TIMEHIGH := T#10ms);
+    c(AUTO := FALSE, PV := 1.0, SP := 2.0, X0 := 7.0, KP := 1.0, TR := 1.0, TD := 0.0, CYCLE := T#10ms);
+    out := c.XOUT;
+END_PROGRAM
+"""
+    rows = trace(tmp_path, text, "main.st", [{}] * 4, ["high", "sum", "out"])
+    assert rows == [(False, 1.0, 7.0), (False, 2.0, 7.0), (True, 3.0, 7.0), (True, 4.0, 7.0)]
+    own = "PROGRAM main VAR c : PID; END_VAR c(enable := TRUE, setpoint := 1.0, kp := 2.0); END_PROGRAM"
+    assert "CYCLE" not in [v.name for u in compiled(own, "main.st").program.units for v in u.variables]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Set
 
 from ldc.components import find, interface, pace
@@ -10,9 +11,13 @@ from ldc.diagnostics import Diagnostics
 from ldc.il.program import Unit
 from ldc.library import blocks
 from ldc.parser import ast
+from ldc.parser.plcopen import additional
 from ldc.records import record, replace
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
+
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 @record
@@ -37,15 +42,18 @@ def used(
 ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
     """Components that declarations name or that are wanted, by name in capitals, and a file with the
     function block of each. ``slaves``: those that execute algorithms.
-    Those of the project come first; installed packages are asked for what is still unknown."""
+    Those of the project come first; installed packages are asked for what is still unknown. Blocks that editors
+    bring along are added too, also instead of a component of the same name when the text names their pins."""
     declared = {name.upper() for file in files for name in _declared(file)}
     asked = False
     chosen: dict[str, Component] = {}
     made: list[ast.File] = [_nothing(source) for source in known.broken]
+    brought: set[str] = set()  # blocks that editors bring along, which texts use without declaring them
+    words: set[str] = set()
     todo = [*wanted, *(name for file in files for name in _named(file))]
     while todo:
         name = todo.pop()
-        if name in chosen:
+        if name in chosen or name in brought:
             continue
         unknown = name not in known.components and name not in declared and name not in ELEMENTARY
         if unknown and not asked and blocks.signature(name) is None:
@@ -54,10 +62,17 @@ def used(
             made += [_nothing(source) for source in installed.broken]
             known = replace(known, components=installed.components | known.components)
         component = known.components.get(name)
-        if component is None:
+        file = None if component is None else _file(component, slaves, diagnostics)
+        if name not in declared and name in additional.NAMES:
+            words = words or {word.upper() for one in files for word in _WORD.findall(one.source.text)}
+            pou = additional.fitting(name, words, file.pous[0] if file is not None and file.pous else None)
+            if pou is not None:
+                brought.add(name)
+                component, file = None, ast.File(pou.span.source, (pou,), (), (), (), ())
+        if file is None:
             continue
-        chosen[name] = component
-        file = _file(component, slaves, diagnostics)
+        if component is not None:
+            chosen[name] = component
         made.append(file)
         todo += _named(file)
     # What the project declares too is told as declared twice, and is no component then.

@@ -7,7 +7,7 @@ has none of its own gets it as a supporting POU.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 
 from ldc.parser import ast
 from ldc.parser.foreign import stored
@@ -44,6 +44,22 @@ def wanted(
         more = {key for name in more for key in _types(found[name].var_blocks)} - known - used
         used |= more
     return tuple(pou for name, pou in found.items() if name in used)
+
+
+def fitting(name: str, words: Set[str], otherwise: ast.Pou | None) -> ast.Pou | None:
+    """For texts, which say no editor: the block of a name (capitals) of whose pins the most are among the ``words``
+    of a text (capitals). None when there is none, or the block that the name means ``otherwise`` fits as well."""
+    if name not in (*_ANNEX, *_UTIL):
+        return None
+    found = [pou for book in ("additional", "util") for pou in stored(PACKAGE, book) if pou.name.upper() == name]
+    best = max((otherwise, *found) if otherwise else found, key=lambda pou: _share(pou, words))
+    return None if best is otherwise else best
+
+
+def _share(pou: ast.Pou, words: Set[str]) -> float:
+    pins = [v.name.upper() for block in pou.var_blocks if block.kind in ("VAR_INPUT", "VAR_OUTPUT")
+            for v in block.variables]
+    return sum(pin in words for pin in pins) / max(len(pins), 1)
 
 
 def _types(blocks: Iterable[ast.VarBlock]) -> set[str]:
