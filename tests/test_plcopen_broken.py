@@ -64,7 +64,8 @@ def test_what_is_wrong_is_told(xml: str, code: str) -> None:
 
 
 @pytest.mark.parametrize("xml, what", [
-    ('<Project xmlns="www.iec.ch/public/TC65SC65BWG7TF10"><Types/></Project>', "is XML of IEC 61131-10"),
+    ('<Project xmlns="www.iec.ch/public/TC65SC65BWG7TF10"><Types/></Project>', "holds no POU, type or variable"),
+    ("<Project/>", "begins with <Project>"),
     ("<TcPlcObject><POU Name='MAIN'/></TcPlcObject>", "is a source file of TwinCAT"),
     ("<ExportFile/>", "is an export of CODESYS in a format of its own"), ("<x/>", "begins with <x>"),
     ("<project/>", "holds no POU, type or variable")])

@@ -23,7 +23,6 @@ def too_large(diagnostics: Diagnostics, span: Span, limit: int, what: str) -> No
 
 
 _OF_OTHERS = {
-    "Project": ("XML of IEC 61131-10", "export it as PLCopen XML of TC6, version 2.01"),
     "TcPlcObject": ("a source file of TwinCAT", "export the POUs in TwinCAT: Export PLCopenXML"),
     "ExportFile": ("an export of CODESYS in a format of its own", "export it again: Project, Export PLCopenXML"),
     "FEFExchangeFile": ("an exchange file of Control Expert", "it has no export as TC6: export the program as text"),

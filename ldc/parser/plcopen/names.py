@@ -26,14 +26,17 @@ _STATEMENTS = frozenset(
     "IF THEN ELSE ELSIF END_IF CASE OF END_CASE FOR TO BY DO END_FOR WHILE END_WHILE REPEAT UNTIL END_REPEAT "
     "EXIT RETURN AND OR XOR NOT MOD ADD SUB MUL DIV GT GE EQ NE LE LT".split())
 _TYPES = frozenset((*ELEMENTARY, "STRING", "WSTRING"))
-_DECLARE = ("variable", "value", "step", "action", "transition")
-_POUS = ("pou", "dataType")
-_TYPED = ("derived", "block", "pouInstance")
+_DECLARE = ("variable", "value", "step", "action", "transition", "Variable", "Member", "Enumerator",
+            "Action")
+_POUS = ("pou", "dataType", "Program", "FunctionBlock", "Function", "DataTypeDecl")
+"""Of TC6; with a capital, of IEC 61131-10."""
+_TYPED = ("derived", "block", "pouInstance", "FbdObject", "ProgramInstance")
 _ATTRIBUTES = ("name", "formalParameter", "instanceName", "targetName", "indicator", "duration", "value",
-               "lower", "upper", "length", "single", "member", "typeName", "type")
-_TEXTS = ("variable", "expression", "ST", "IL", "InterfaceAsPlainText", "textDeclaration")
+               "lower", "upper", "length", "single", "member", "typeName", "type", "parameterName", "operand",
+               "operand1", "operand2", "identifier")
+_TEXTS = ("variable", "expression", "ST", "IL", "InterfaceAsPlainText", "textDeclaration", "TypeName")
 _SPELLED = Pattern(r"""name\s*=\s*["']\s*(\w+)\s*["']""")
-_DECLARING = Pattern(r"<(?:[\w.-]+:)?(variable|value|step|action|transition|pou|dataType)\s[^<>]*\Z")
+_DECLARING = Pattern(rf"<(?:[\w.-]+:)?({'|'.join((*_DECLARE, *_POUS))})\s[^<>]*\Z")
 """Found from the attribute back to its tag: few of the tags of a drawing have a name."""
 _WORDS = Pattern(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTE = r"""(?:'|"|&apos;|&quot;|&\#39;|&\#34;)"""
@@ -109,7 +112,9 @@ class _Names:
                     is_type = found[1] in ("typeName", "type") or node.tag == "derived"
                     yield from self._code(node, *found.span(2), alone=True, is_type=is_type)
             if node.tag in _TEXTS and (node.tag not in ("variable", "expression") or not node.children):
-                yield from self._code(node, node.inside, node.stop, node.tag in ("variable", "expression"))
+                is_type = node.tag == "TypeName"
+                alone = is_type or node.tag in ("variable", "expression")
+                yield from self._code(node, node.inside, node.stop, alone, is_type)
 
     def _may_have(self, start: int, end: int) -> bool:
         """Whether one of the words, or a part of another word that is like it, is between two places."""

@@ -13,6 +13,7 @@ from ldc.parser.plcopen import (
     addresses,
     bodies,
     configuration,
+    edition,
     findings,
     inputs,
     interface,
@@ -52,6 +53,8 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         root = Document(plain, diagnostics).root
     if root is not None and root.tag == "projects":  # one project in a list, as one editor writes it
         root = next(root.all("project"), root)
+    if root is not None and edition.is_project(root):
+        root = edition.project(root, diagnostics)
     if root is not None and root.tag not in ("project", "pou"):
         findings.no_project(diagnostics, root.span, root.tag)
         root = None
