@@ -308,3 +308,16 @@ END_PROGRAM
     assert rows == [(False, 1.0, 7.0), (False, 2.0, 7.0), (True, 3.0, 7.0), (True, 4.0, 7.0)]
     own = "PROGRAM main VAR c : PID; END_VAR c(enable := TRUE, setpoint := 1.0, kp := 2.0); END_PROGRAM"
     assert "CYCLE" not in [v.name for u in compiled(own, "main.st").program.units for v in u.variables]
+
+
+def test_debug_lines_that_openplc_appends_are_comments() -> None:
+    """Each holds a line of C; casts to pointers have the end of a comment in them, or the beginning of one."""
+    program = "PROGRAM main VAR n : INT; END_VAR n := 1; END_PROGRAM\n"
+    lines = ("char md5[] = \"51af\";", "/**", " */", "#include <stdbool.h>", "", "    default:",
+             "        return (void *)&((__IEC_BOOL_t *) ptr)->value;", "    void (*call)(int) = 0; // Don't")
+    text = program + "".join(f"(*DBG:{line}*)\n" for line in lines) + "FUNCTION f : INT f := 2; END_FUNCTION\n"
+    assert [unit.name for unit in compiled(text, "main.st").program.units] == ["main", "f"]
+    formatted = format_file(parse_file(SourceFile("main.st", text), Diagnostics()))
+    assert all(f"(*DBG:{line}*)\n" in formatted for line in lines)
+    broken = checked(program + "(*DBG: a*) n := 1; (* b *) m\n", "main.st").diagnostics
+    assert [d.code for d in broken] == ["LD0115"]

@@ -45,13 +45,15 @@ _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")
 _STRING = r"'(?>(?:[^'$\n]++|\$[^\n])*)'"
 _TEXT = r'"(?>(?:[^"$\n]++|\$[^\n])*)"'
+# OpenPLC appends C for its debugger, a line in each comment, which `*)` of a cast seems to end: lines go whole there.
+_DEBUG = r"(?<![^\n])\(\*DBG:[^\n]*\*\)[ \t\r]*(?=\n|\Z)"
 _SCAN = Pattern(
     rf"""
     (?P<SPACE> [ \t\r\n\f\v]+ )
   | (?P<WORD>  [A-Za-z_]\w*+ (?!\#) )
   | (?P<OP>    \((?!\*) | /(?![/*]) | := | => | >(?=>>) | >> | >= | <= | <> | \*\* | \.\.
              | [\[\]){{}}<>=:;,.@|&*+-] )
-  | (?P<COMMENT> \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ )
+  | (?P<COMMENT> {_DEBUG} | \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ )
   | (?P<LITERAL>
         (?i: L?REAL )\#[+-]?\d[\d_]*+(?:\.\d[\d_]*+)?(?:[eE][+-]?\d+)?(?!\w|\#)
       | (?i: L?DATE_AND_TIME | L?DT | L?DATE | L?D )\#\d[\d_]*+(?>(?:[-:.]\d\w*+)*)
@@ -74,7 +76,7 @@ _PRAGMA = Pattern(
 """What an editor or a compiler may do without."""
 _WORDS = "|".join(sorted(_BOUNDARIES))
 _BOUNDARY = Pattern(
-    rf"""\(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ | {_STRING} | {_TEXT} | \b(?P<word>{_WORDS})\b""",
+    rf"""{_DEBUG} | \(\*(?s:.*?)\*\) | //[^\r\n]* | /\*(?s:.*?)\*/ | {_STRING} | {_TEXT} | \b(?P<word>{_WORDS})\b""",
     re.VERBOSE | re.ASCII | re.IGNORECASE,
 )
 
@@ -163,7 +165,8 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
             if kind == ";" and lines and types[-1:] != [";"]:
                 limit = _limit(types)
         elif kind == "COMMENT":
-            if nests and text.startswith("(*", at) and text.find("(*", at + 2, to) >= 0:
+            if nests and text.startswith("(*", at) and text.find("(*", at + 2, to) >= 0 and (
+                    not text.startswith("(*DBG:", at)):
                 passed = _closed(text, at, end)
                 nests = passed > 0
                 to = passed = max(passed, to)
