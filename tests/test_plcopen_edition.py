@@ -198,6 +198,48 @@ def test_types_blocks_functions_and_tasks(tmp_path: Path) -> None:
         assert line in text, line
 
 
+def blinker(name: str, body: str) -> str:
+    return (f'<FunctionBlock name="{name}"><Parameters><OutputVars>' + variables("light : BOOL")
+            + "</OutputVars></Parameters><Vars>" + variables("a : BOOL = TRUE; b : BOOL; ta : TON; tb : TON")
+            + f"</Vars>{body}</FunctionBlock>")
+
+
+def test_three_languages_blink_alike(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ladder, network = [], []
+    for number, (now, then, timer) in enumerate((("a", "b", "ta"), ("b", "a", "tb")), 1):
+        ladder += [
+            thing("Ld", "LeftPowerRail", out(1) + out(2)) + contact(3, now, 1) + source(4, "T#1s")
+            + block("TON", {"IN": 3, "PT": 4}, {"Q": 5, "ET": 6}, instanceName=timer)
+            + contact(7, then, 2) + coil(then, 5, 7),
+            rail() + contact(2, f"{timer}.Q", 1, negated="true") + contact(3, now, 2) + coil(now, 3)]
+        both = block("AND", {"IN1": 3, "IN2": 5}, {"OUT": 6}, "23 3")
+        network.append(
+            f'<Network evaluationOrder="{number}"><RelPosition x="1" y="{number * 25}"/>'
+            + source(1, now, "2 5") + source(2, "T#1s", "2 8")
+            + block("TON", {"IN": 1, "PT": 2}, {"Q": 3, "ET": 4}, "7 2", instanceName=timer)
+            + source(5, now, "18 8") + both.replace('"IN1"', '"IN1" suppressName="true" negated ="true"')
+            + sink(now, 6, "29 6") + source(7, then, "18 19")
+            + block("OR", {"IN1": 3, "IN2": 7}, {"OUT": 8}, "23 14") + sink(then, 8, "29 16") + "</Network>")
+    ladder.append(rail() + contact(2, "a", 1) + coil("light", 2))
+    network.append('<Network evaluationOrder="3"><RelPosition x="1" y="80"/>' + source(1, "a", "2 3")
+                   + sink("light", 1, "20 3") + "</Network>")
+    text = """<ST><![CDATA[ta(IN := a, PT := T#1s);
+        IF ta.Q THEN a := FALSE; b := TRUE; END_IF
+        tb(IN := b, PT := T#1s);
+        IF tb.Q THEN b := FALSE; a := TRUE; END_IF
+        light := a;]]></ST>"""
+    calls = "<ST>l(light =&gt; q1); f(light =&gt; q2); s(light =&gt; q3);</ST>"
+    (tmp_path / "plant.xml").write_text(project(
+        blinker("Ladder", rungs(*ladder)) + blinker("Network", body("FBD", "".join(network)))
+        + blinker("Text", body("ST", text))
+        + program("l : Ladder; f : Network; s : Text; q1 AT %QX8.1 : BOOL; q2 AT %QX8.2 : BOOL;"
+                  "q3 AT %QX8.3 : BOOL", body("ST", calls))))
+    assert main(["run", str(tmp_path / "plant.xml"), "--scans", "500"]) == 0
+    shown = [line.split()[-3:] for line in capsys.readouterr().out.splitlines() if line.startswith("scan")]
+    assert len(shown) > 3
+    assert all(line in (["q1=0", "q2=0", "q3=0"], ["q1=1", "q2=1", "q3=1"]) for line in shown)
+
+
 def test_names_that_are_words_here(tmp_path: Path) -> None:
     """A variable `step`, a member `at`, a function block called like a standard one."""
     types = ('<DataTypeDecl name="Spot"><UserDefinedTypeSpec xsi:type="StructTypeSpec">'
