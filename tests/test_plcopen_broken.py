@@ -124,7 +124,11 @@ def test_values_at_random(data) -> None:
     lambda n: ladder("a : BOOL; i : INT", rail(), value(2, "i"), *(
         block(i, "ADD", {"IN1": 2 if i == 3 else f"{i - 1}.OUT", "IN2": 2}, ("OUT",)) for i in range(3, n)),
         result(n, "i", f"{n - 1}.OUT")),
-], ids=["loose contacts", "a row", "a wide net", "a chain of connectors", "statements", "a chain of values"])
+    lambda n: project(pou("<ST>a := a;</ST>", "a : BOOL", sections="<localVars>" + "".join(
+        f'<variable name="t{i}" address="%MD{2 * i}"><type><TIME/></type></variable>' for i in range(4 * n))
+        + "</localVars>")),
+], ids=["loose contacts", "a row", "a wide net", "a chain of connectors", "statements", "a chain of values",
+        "addresses of another size"])
 def test_time_grows_with_the_size(make) -> None:
     """Ten times as large takes less than twenty-five times as long."""
     times = []

@@ -9,6 +9,7 @@ address of another size than the variable's (`%MD4 : TIME`); such a variable has
 from __future__ import annotations
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 
 from ldc.parser import ast
@@ -101,8 +102,10 @@ def _other_sizes(variables: Iterable[ast.VarDecl]) -> frozenset[str]:
         ends.setdefault(match[1], []).append((start, end))
         if bits != (width * 8 or 1):
             found.append((variable.location, match[1], start, end))
+    starts = {area: sorted(start for start, _ in spans) for area, spans in ends.items()}
+    lasts = {area: sorted(end for _, end in spans) for area, spans in ends.items()}
     return frozenset(place for place, area, start, end in found
-                     if sum(other < end and start < last for other, last in ends[area]) == 1)
+                     if bisect_left(starts[area], end) - bisect_right(lasts[area], start) == 1)
 
 
 def moves(places: Iterable[str | None], texts: Iterable[str]) -> dict[str, str]:
