@@ -123,10 +123,10 @@ def test_many_loops_in_a_row_are_fast() -> None:
         net = 2 * k + 1
         elements += [(net, net + 1, "block"), (net + 1, net), (net + 1, net + 2)]
     graph = plain_graph(elements)
-    start = time.perf_counter()
+    start = time.process_time()
     turns = schedule(graph)
     assert sum(bool(turn.stale) for turn in turns) == count
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
 
 
 # -- hidden memories

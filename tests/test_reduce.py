@@ -229,9 +229,9 @@ def test_large_rungs_take_linear_time_and_size(name: str) -> None:
     elements, temporaries = LARGE[name]
     graph = plain_graph(elements)
     turns = schedule(graph)
-    start = time.perf_counter()
+    start = time.process_time()
     tree = reduce(graph, turns)
-    assert time.perf_counter() - start < 4
+    assert time.process_time() - start < 4
     assert len([s for s in tree.steps if s.net is not None]) <= temporaries
     assert taps(tree) <= 2 * temporaries
 
