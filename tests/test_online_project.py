@@ -19,10 +19,11 @@ from ldc.diagnostics import Diagnostics
 from ldc.manifest import find_sources
 from online_runtime import running, wait_until
 from runtime.online.wire import Get
+from systems import REAL_TIME
 
 SAMPLE = Path(__file__).resolve().parents[1] / "samples" / "injection_machine"
 ENGINES = [("--no-wait",), pytest.param(("--no-wait", "--engine", "native"), marks=native.needs_gcc)]
-REALTIME = pytest.param(("--realtime",), marks=pytest.mark.xdist_group("real time"))
+REALTIME = pytest.param(("--realtime",), marks=REAL_TIME)
 
 PROJECT = '[project]\nname = "plant"\nmodules = ["beat", "counts"]\n'
 MESSAGE = '[messages.beats]\nfrom = "beat.now"\nto = [{ module = "counts", flag = "heard" }]\n'
@@ -79,7 +80,7 @@ def test_messages_come_to_a_program_that_was_started_without_any(folder, monkeyp
         (folder / "ldc.toml").write_text(PROJECT + MESSAGE)
         done("stage")
         assert re.search(r"^brought +\[messages\.beats\]$", capsys.readouterr().out, re.M)
-        done("test")
+        done("test --for 3600s")
         wait_until(lambda: int(value("counts.all.CV")) > 2)
         done("untest")
         before = value("counts.all.CV")
@@ -118,7 +119,7 @@ def test_what_is_watched_changes_with_the_program(folder, monkeypatch) -> None:
         monkeypatch.setattr(subprocess, "Popen", lambda *a, **k: popen(*a, **{**k, "stdout": stream}))
         with begun(monkeypatch):
             (folder / "ldc.toml").write_text(PROJECT + MESSAGE + '[run]\nwatch = ["beat.now", "counts.all.CV"]\n')
-            done("stage", "test")
+            done("stage", "test --for 3600s")
             wait_until(lambda: int(value("counts.all.CV")) > 1)
             done("untest", "cancel")
     said = shown.read_text()
@@ -152,7 +153,7 @@ def test_what_a_change_of_settings_does_is_told(folder, monkeypatch, capsys, arg
         out, err = capsys.readouterr()
         assert re.findall(r"^warning\[LD0863\]: (.*) stays as", err, re.M) == stays
         assert re.findall(r"^brought +(.*)$", out, re.M) == brought
-        done("test", "commit")
+        done("test --for 3600s", "commit")
         assert main(["pull", "--check"]) == 0
         assert main(["online", "stage"]) == 0
         err = capsys.readouterr().err
@@ -163,7 +164,7 @@ def test_sources_that_change_nothing_of_the_code_are_staged_too(folder, monkeypa
     with begun(monkeypatch):
         (folder / "main.ld").write_text(TEXT + "(* the end *)\n")
         assert main(["pull", "--check"]) == 1
-        done("stage", "test", "commit")
+        done("stage", "test --for 3600s", "commit")
         assert "its sources have changed: main.ld" in capsys.readouterr().err
         assert main(["pull", "--check"]) == 0
 
