@@ -9,7 +9,7 @@ from ldc.model import expressions
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.type_findings import described, does_not_fit
-from ldc.model.values import Value, coerce, const_fits, fits
+from ldc.model.values import coerce, const_fits, fits
 from ldc.parser import ast
 from ldc.types import Array, Elementary, Enum, Instance, Scalar, Struct, Type, Value, default, storage
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply, BitStep, Const, Expr, IndexStep, Load, Place
-from ldc.model import expressions, places
+from ldc.model import places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.values import converted

@@ -11,7 +11,6 @@ from ldc.parser import ast, sfc
 from ldc.parser.findings import cut
 from ldc.parser.lexer import SECTIONS
 from ldc.parser.listing import is_list
-from ldc.parser.statements import StatementBody
 from ldc.parser.structured import read_body
 from ldc.parser.units import Units
 from ldc.records import replace

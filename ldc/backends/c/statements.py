@@ -14,7 +14,6 @@ from ldc.backends.c.ctypes import by_address, is_string, width
 from ldc.backends.c.places import Address
 from ldc.backends.c.values import Callee, Values
 from ldc.expr import Apply, Expr, Load
-from ldc.il.c_types import c_type
 from ldc.il.pieces import Passes
 from ldc.il.statements import (
     Assign, CallBlock, CallFunction, CallNative, Goto, Label, Latch, Return, Statement)

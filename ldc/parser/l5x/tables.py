@@ -9,7 +9,7 @@ from ldc.parser.l5x import arithmetic, types
 from ldc.parser.l5x.files import control_of, whole_array
 from ldc.parser.l5x.neutral import Instruction
 from ldc.parser.l5x.types import BOOL, LREAL, Array, is_integer, is_real
-from ldc.parser.l5x.values import Value, as_bits, bits_of, convert, from_bits, joined, literal
+from ldc.parser.l5x.values import Value, as_bits, bits_of, from_bits, joined, literal
 
 if TYPE_CHECKING:
     from ldc.parser.l5x.writer import Writer

@@ -13,7 +13,7 @@ from ldc.parser.foreign import Reading
 from ldc.parser.melsec.lines import MAX_INSTRUCTIONS, Comment, Instruction, Operand
 from ldc.parser.melsec.table import first_step
 from ldc.patterns import Pattern
-from ldc.source import SourceFile, Span
+from ldc.source import Span
 
 _CELL = Pattern(r'"((?:[^"\n]|"")*)"|([^\t,\n"]*)')
 _STEPS, _STATEMENT, _WORD, _DEVICE, _NOTE = 0, 1, 2, 3, 6

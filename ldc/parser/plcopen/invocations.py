@@ -7,7 +7,6 @@ of standard blocks otherwise (`RESET` of a counter); some let outputs follow the
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from ldc.library import blocks
