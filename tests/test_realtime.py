@@ -26,7 +26,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from systems import DIVIDER, REAL_TIME, modules
 
+from ldc.cli.main import main
 from runtime.protocol.check import Code
+from runtime.realtime import processes
 from runtime.realtime.lateness import WORDS, Lateness
 from runtime.realtime.pace import Pace
 
@@ -109,7 +111,8 @@ def test_figures_are_those_of_the_values(values: list[int], share: float) -> Non
 
 def test_missed_periods_are_left_out_and_counted() -> None:
     lateness = Lateness(memoryview(bytearray(8 * WORDS)).cast("Q"))
-    pace = Pace(time.monotonic_ns(), 2_000_000, lateness)
+    pace = Pace(2_000_000, lateness)
+    pace.begin(time.monotonic_ns())
     pace.wait()
     first = pace.now_ns
     time.sleep(0.011)
@@ -146,6 +149,24 @@ def test_modules_with_algorithms_on_two_slaves(tmp_path: Path, engine: str) -> N
     assert len(moved) > 5 and all(row["second.axis.position"] == "0.0" for row in moved)
     for name, period in (("master", 5), ("slave1", 1), ("slave2", 1)):
         assert int(re.search(rf"^{name} +{period} +(\d+) ", said, re.M)[1]) > 20
+
+
+@native.needs_gcc
+def test_the_first_scan_waits_until_all_processes_are_there(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A busy computer lets a new process wait; a slave that is missing at the start would be given up."""
+    claim, trace = processes.claim, tmp_path / "trace.csv"
+
+    def late(cpu: int | None) -> list[str]:
+        if Path("/proc/self/comm").read_text().startswith("ldc slave"):
+            time.sleep(0.7)
+        return claim(cpu)
+
+    monkeypatch.setattr(processes, "claim", late)
+    assert main(["run", str(modules(tmp_path, ONE)), "--realtime", "--scans", "300", "--watch", WATCH,
+                 "--trace", str(trace)]) == 0, capsys.readouterr().err
+    rows = list(csv.DictReader(trace.read_text().splitlines()))
+    assert float(rows[-1]["first.axis.position"]) == 60.0
 
 
 @native.needs_gcc
@@ -204,7 +225,7 @@ def test_the_end_of_the_run_is_that_of_all_its_processes(tmp_path: Path, number:
         for pid in below.values():
             wait_until(lambda: gone(pid))
     assert ("lateness in us" in said) == (number != signal.SIGKILL)
-    assert process.returncode == (-number if number == signal.SIGKILL else 0)
+    assert process.returncode == (-number if number == signal.SIGKILL else 0), said
 
 
 def test_a_plant_has_a_process_of_its_own_and_its_fault_ends_the_run(tmp_path: Path) -> None:

@@ -43,8 +43,11 @@ _ACK_MS = 100
 _ATTEMPTS = 3
 """How often a transfer is tried (SPEC 2.5); a slave that did nothing for as long has been given up."""
 
-_LEAD_NS = 50_000_000
-"""Between making the processes and the first period of all."""
+_LEAD_NS = 20_000_000
+"""Between the moment at which all processes are there and the first period of all."""
+
+_COMING_S = 2.0
+"""How long a process may take until it is there."""
 
 
 class Processes:
@@ -74,9 +77,8 @@ class Processes:
         refused = processes.claim(self._seats[0])
         for text in refused:
             say(f"note: {text}")
-        self._start = time.monotonic_ns() + _LEAD_NS
         self._periods = [machine.period_ns]
-        self._pace = Pace(self._start, machine.period_ns, board.lateness(0))
+        self._pace = Pace(machine.period_ns, board.lateness(0))
         self._parts: dict[int, tuple[SlavePart, Pace]] = {}
         self._others: list[Watched] = []
         self._spare: Spare | None = None
@@ -108,11 +110,23 @@ class Processes:
         self.loop = MasterLoop(runner, part, board, self._pace, self._others, self._spare,
                                lambda text: say(f"note: {text}"), beat)
 
+    def begin(self) -> None:
+        """To be called before the first scan: all periods begin when all processes are there, since one that
+        the computer keeps waiting meanwhile would be given up at once."""
+        end = time.monotonic() + _COMING_S
+        while time.monotonic() < end and any(
+                each.child.look() is None and not self._board.arrived(each.number) for each in self._others):
+            self._beat()
+            time.sleep(0.001)
+        start = time.monotonic_ns() + _LEAD_NS
+        self._pace.begin(start)
+        self._board.begin(start)
+
     # ---- slaves and plant ------------------------------------------------------------------------
 
     def _part(self, slave: int, number: int) -> tuple[SlavePart, Pace]:
         period_ns = slave_period(self._placed, slave)
-        pace = Pace(self._start, period_ns, self._board.lateness(number))
+        pace = Pace(period_ns, self._board.lateness(number))
         self._periods.append(period_ns)
         memory = allocate(f"slave{slave}", self._board.shared)
         return SlavePart(slave, memory, self._placed, self._makers, self._field, None, lambda: pace.now_ns,
@@ -133,7 +147,7 @@ class Processes:
         return Watched(child, number, self._parts[number][0].number)
 
     def _plant(self, plant: Plant, number: int) -> Watched:
-        pace = Pace(self._start, self._periods[number], self._board.lateness(number))
+        pace = Pace(self._periods[number], self._board.lateness(number))
 
         def work() -> int:
             processes.give_back(self.affinity)

@@ -95,6 +95,8 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
             beside.follow(controller.running)
             server.values.follow(machine)
 
+        if whole.processes is not None:
+            whole.processes.begin()
         while (scans is None or controller.machine.scans < scans) and not ended() and not whole.over:
             if server.serve():
                 with server.following():

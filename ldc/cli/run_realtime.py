@@ -48,6 +48,7 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
 
                 table = LiveTable(machine, names, scans, None, whole.loop.scan)
             with displayed(options, machine, names, table, file, whole.loop.scan) as (scan, sample):
+                whole.begin()
                 for _ in range(scans):
                     stimuli.apply(machine)
                     before = machine.scans

@@ -16,8 +16,8 @@ from runtime.protocol.memory import shared_size
 from runtime.realtime.lateness import WORDS, Lateness
 from runtime.retain_file import Entry
 
-_STOP, _EMERGENCIES, _SAVES, _ORDERS = 0, 1, 2, 8
-_ALIVE, _SAVED, _RECORD = 0, 1, 8 + WORDS
+_STOP, _EMERGENCIES, _SAVES, _START, _ORDERS = 0, 1, 2, 3, 8
+_ALIVE, _SAVED, _HERE, _RECORD = 0, 1, 2, 8 + WORDS
 
 
 class Board:
@@ -39,6 +39,14 @@ class Board:
             kept_at += 2 * size
 
     # ---- written by the master -------------------------------------------------------------------
+
+    @property
+    def start_ns(self) -> int:
+        """When the first period of all begins, on ``time.monotonic_ns``; 0 while that is not known."""
+        return self._words[_START]
+
+    def begin(self, start_ns: int) -> None:
+        self._words[_START] = start_ns
 
     @property
     def stopping(self) -> bool:
@@ -67,6 +75,13 @@ class Board:
         return self._words[_SAVES]
 
     # ---- written by each process -----------------------------------------------------------------
+
+    def arrive(self, number: int) -> None:
+        """A process is ready for its first period."""
+        self._words[_ORDERS + number * _RECORD + _HERE] = 1
+
+    def arrived(self, number: int) -> bool:
+        return self._words[_ORDERS + number * _RECORD + _HERE] != 0
 
     def keeps(self, number: int) -> bool:
         """A process retains something."""

@@ -9,7 +9,8 @@ from runtime.realtime.lateness import Lateness
 
 
 class Pace:
-    """Period n begins ``start_ns + n * period_ns`` on ``time.monotonic_ns``, the first one at ``start_ns``.
+    """Period n begins ``start_ns + n * period_ns`` on ``time.monotonic_ns``, the first one at the ``start_ns`` that
+    ``begin`` is given.
 
     ``now_ns``: the time since ``start_ns`` at which the period that runs was to begin. It is what a processor
     takes for the time, so that work that is due in every period is not passed over because one period begins
@@ -18,9 +19,12 @@ class Pace:
 
     __slots__ = ("period_ns", "now_ns", "_start", "_next", "_lateness")
 
-    def __init__(self, start_ns: int, period_ns: int, lateness: Lateness) -> None:
+    def __init__(self, period_ns: int, lateness: Lateness) -> None:
         self.period_ns, self.now_ns = period_ns, 0
-        self._start, self._next, self._lateness = start_ns, start_ns, lateness
+        self._start, self._next, self._lateness = 0, 0, lateness
+
+    def begin(self, start_ns: int) -> None:
+        self._start = self._next = start_ns
 
     def join(self) -> None:
         """Begins with the next period: those before were not for this process."""

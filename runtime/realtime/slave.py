@@ -3,6 +3,7 @@ the run."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from math import gcd
 
@@ -26,6 +27,7 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_n
     """Emergency before communication before algorithms, as their levels are. ``number``: of the process.
     ``patience_ns``: after as long without a period the master has given this slave up. ``anew``: it takes the
     place of one that was lost, and is there when its master knows that."""
+    _begin(board, number, pace)
     emergencies, saves, keeps = board.emergencies, board.saves, board.keeps(number)
     if anew:
         pace.join()
@@ -51,8 +53,17 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_n
 def run_plant(step: Callable[[int, int], None], board: Board, number: int, pace: Pace) -> None:
     """Steps of the plant at their time; those that were missed are made up for, because nature waits for
     nobody."""
+    _begin(board, number, pace)
     while not board.stopping:
         missed = pace.wait()
         for late in range(missed, -1, -1):
             step(pace.now_ns - late * pace.period_ns, pace.period_ns)
         board.beat(number)
+
+
+def _begin(board: Board, number: int, pace: Pace) -> None:
+    """Waits until all are there, or the run is ended before."""
+    board.arrive(number)
+    while board.start_ns == 0 and not board.stopping:
+        time.sleep(0.001)
+    pace.begin(board.start_ns)
