@@ -23,6 +23,7 @@ from runtime.master.findings import LinkFault, ScanOverdue
 from runtime.master.part import MasterPart
 from runtime.master.waiting import StepWaits
 from runtime.master.wiring import Wiring
+from runtime.online import findings
 from runtime.online.controller import Controller, Loaded
 from runtime.processors.invariants import Entry as Trace
 from runtime.processors.invariants import Snapshot
@@ -176,9 +177,13 @@ class System:
         return self._began + self._scheduler.now_ns
 
     def expect(self, coming: Loaded) -> None:
-        """Makes all ready for a program that may take over, beside the scans."""
+        """Makes all ready for a program that may take over, beside the scans. Raises Invalid for algorithms of
+        slaves that are not there (LD0864)."""
         after = _from(self._deployed, _deployed(coming, self._deployed))
+        there = {slave.part.number for slave in self._slaves}
         for p in after.placed:
+            if p.slave not in there:
+                raise findings.refused(findings.no_slave(p.path, p.slave))
             if p.path not in after.stays:
                 after.makers[p.unit.upper()](p, after.field)  # loads and declares what it needs, once
             for pin in (*p.parameters, *p.feedback[:-1]):

@@ -27,7 +27,7 @@ from runtime.protocol.memory import allocate
 from runtime.realtime import processes
 from runtime.realtime.board import Board
 from runtime.realtime.lateness import Figures
-from runtime.realtime.master import MasterLoop, Watched
+from runtime.realtime.master import COMING_NS, MasterLoop, Watched
 from runtime.realtime.pace import Pace
 from runtime.realtime.slave import run_plant, run_slave, slave_period
 from runtime.realtime.spare import Spare
@@ -45,9 +45,6 @@ _ATTEMPTS = 3
 
 _LEAD_NS = 20_000_000
 """Between the moment at which all processes are there and the first period of all."""
-
-_COMING_S = 2.0
-"""How long a process may take until it is there."""
 
 
 class Processes:
@@ -113,8 +110,8 @@ class Processes:
     def begin(self) -> None:
         """To be called before the first scan: all periods begin when all processes are there, since one that
         the computer keeps waiting meanwhile would be given up at once."""
-        end = time.monotonic() + _COMING_S
-        while time.monotonic() < end and any(
+        end = time.monotonic_ns() + COMING_NS
+        while time.monotonic_ns() < end and any(
                 each.child.look() is None and not self._board.arrived(each.number) for each in self._others):
             self._beat()
             time.sleep(0.001)

@@ -24,11 +24,9 @@ from ldc.cli.starting import run_length, start, stimuli_of, watched
 from ldc.cli.run_options import shows
 from ldc.cli.watching import ChangeLines
 from ldc.il.external import Binding
-from ldc.il.placement import placed
 from ldc.manifest import Sources
 from ldc.render import plural, visible
 from runtime.machine import Machine
-from runtime.online import findings as online_findings
 from runtime.online import loading
 from runtime.online.audit import Audit
 from runtime.online.checks import Limits
@@ -161,15 +159,7 @@ def _executed(options: argparse.Namespace, result: pipeline.Compiled, controller
     due = _Clock(controller, options.no_wait, beat).due
     system = systems.system(result, controller, bindings, record)
     beside.join(system)
-
-    def expect(coming: Loaded) -> None:
-        there = {part.number for part in system.slaves}
-        for p in placed(coming.machine.program, [module.name for module in coming.together.modules]):
-            if p.slave not in there:
-                raise online_findings.refused(online_findings.no_slave(p.path, p.slave))
-        system.expect(coming)
-
-    yield _Whole(system.scan, due, system.follow, expect, lambda: system.findings, system.master)
+    yield _Whole(system.scan, due, system.follow, system.expect, lambda: system.findings, system.master)
 
 
 class _Clock:

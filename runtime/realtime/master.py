@@ -21,9 +21,8 @@ SILENCE_NS = 100_000_000
 """How long a process may tell nothing before people are told: an ordinary one may be kept waiting for as
 long."""
 
-
 COMING_NS = 2_000_000_000
-"""How long a slave that is started anew may take."""
+"""How long a process may take until it is there, at the start or when it is started anew."""
 
 
 @dataclass(slots=True)
