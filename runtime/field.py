@@ -7,12 +7,12 @@ The same over bytes of a process and over shared memory; nothing is copied.
 
 from __future__ import annotations
 
-import difflib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from ldc.il.placement import Point
+from ldc.similar import similar
 from runtime.places import together
 
 Value = bool | int | float
@@ -76,7 +76,7 @@ class Field:
     def _find(self, path: str) -> Point:
         key = path.strip().upper()
         if key not in self.places:
-            near = difflib.get_close_matches(key, self.places, 1)
+            near = similar(key, self.places, 1)
             hint = f", did you mean `{near[0].lower()}`?" if near else ""
             raise UnknownPoint(f"the field has no point `{path}`{hint}")
         self.asked.add(key)

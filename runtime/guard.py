@@ -94,9 +94,9 @@ class Beat:
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
-    goes where this process prints to. It ends with this process. An interrupt from the keyboard reaches both, SIGTERM is passed on.
-    ``orderly``: this process leaves an interrupt to the work, which puts everything in order, and may get it
-    twice."""
+    goes where this process prints to. It ends with this process. An interrupt from the keyboard reaches both,
+    SIGTERM is passed on. ``orderly``: this process leaves an interrupt to the work, which puts everything in
+    order, and may get it twice."""
     memory, watcher = mmap.mmap(-1, _SIZE), os.getpid()
     child = os.fork()
     if child == 0:

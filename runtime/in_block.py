@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
-from struct import Struct, calcsize
+from struct import calcsize
 
 from ldc.il import block
 from ldc.il.block import Block, Spot
@@ -13,6 +12,7 @@ from ldc.il.homes import Home
 from ldc.types import Array, String, storage
 from runtime import machine
 from runtime.layout import Layout, Root, lay_out, slot
+from runtime.places import row
 from runtime.symbols import Symbol
 
 FIRST_SCAN = 16
@@ -83,7 +83,7 @@ class InBlock(machine.Machine):
             return machine.Machine.reader(self, wanted)
         before: bytes | None = None
         values: tuple = ()
-        unpack = _unpacker(spots, begin, end)
+        unpack = _unpacker(spots, begin)
 
         def sample() -> tuple:
             nonlocal before, values
@@ -110,20 +110,16 @@ class InBlock(machine.Machine):
         self.memory[:] = kept
 
 
-def _unpacker(spots: Sequence[Spot], begin: int, end: int) -> Callable[[bytes], tuple] | None:
-    """What makes values of the bytes from ``begin`` to ``end`` at once, in the order of the spots; None when
+def _unpacker(spots: Sequence[Spot], begin: int) -> Callable[[bytes], tuple] | None:
+    """What makes values of the bytes from ``begin`` on at once, in the order of the spots; None when
     they are not all plain, or share bytes."""
-    form, at, order = "<", begin, sorted(range(len(spots)), key=lambda n: spots[n].offset)
-    for number in order:
-        spot = spots[number]
-        if spot.bit is not None or isinstance(spot.type, String) or spot.offset < at:
-            return None
-        kind = storage(spot.type)
-        code = "?" if kind.kind == "bool" else block.code(kind)[1:]
-        form += f"{spot.offset - at}x{code}"
-        at = spot.offset + calcsize(f"<{code}")
-    words = Struct(f"{form}{end - at}x")
-    if order == sorted(order):
-        return words.unpack
-    places = itemgetter(*sorted(range(len(order)), key=order.__getitem__))
-    return lambda data: places(words.unpack(data))
+    if any(spot.bit is not None or isinstance(spot.type, String) for spot in spots):
+        return None
+    kinds = [storage(spot.type) for spot in spots]
+    places = [(spot.offset - begin, "?" if kind.kind == "bool" else block.code(kind)[1:])
+              for spot, kind in zip(spots, kinds)]
+    ascending = sorted(places)
+    if any(at + calcsize(f"<{code}") > behind for (at, code), (behind, _) in zip(ascending, ascending[1:])):
+        return None
+    words, chosen = row(places, "<")
+    return words.unpack_from if chosen is None else lambda data: chosen(words.unpack_from(data))

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.expr import Place
-from ldc.il.program import Program, Unit
+from ldc.il.program import STORES, Program, Unit
 from ldc.symbols import Location
 from ldc.types import blocks_in, default
 from runtime.layout import Home, Layout
 from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import coerce
-
-_STORES = ("ST", "STN", "S", "R")
-
 
 Safe = dict[tuple[Home, tuple, int | None], object]
 
@@ -63,7 +60,7 @@ def _written(layout: Layout, unit: Unit, number: int | None, found: set[tuple[in
     for rung in unit.rungs:
         for instr in rung.code:
             places = [place for _, place in instr.outputs]
-            if instr.op in _STORES:
+            if instr.op in STORES:
                 places.append(instr.operand)
             for place in places:
                 _add(place, number, external, found)

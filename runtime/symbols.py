@@ -5,12 +5,12 @@ The name of the program instance may be left out when there is a single one (DES
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator
 
 from ldc.expr import strides
 from ldc.patterns import Pattern
 from ldc.records import record
+from ldc.similar import similar
 from ldc.symbols import Location, Variable
 from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Root, slot
@@ -204,7 +204,7 @@ def _tokens(path: str) -> list:
 def _hint(name: str, known: Iterable[str]) -> str:
     """The nearest known name, in its declared spelling, as the end of a sentence."""
     spelled = {one.upper(): one for one in known}
-    near = difflib.get_close_matches(name.upper(), spelled, 1)
+    near = similar(name.upper(), spelled, 1)
     return f", did you mean `{spelled[near[0]]}`?" if near else ""
 
 

@@ -71,10 +71,11 @@ def _st_text(result: pipeline.Compiled) -> str:
         if pou.name.upper() not in result.components:
             bodies[pou.name.upper()] = written((pou,), "body.st", Diagnostics()).source.text
     # Of other names for types IL has what they stand for, but the bodies name them.
-    names = [t for file in result.project.files for t in file.types if bodies and not isinstance(
-        t.type, ast.StructType | ast.EnumType | ast.SubrangeType)]
-    types = written(names, "names.st", Diagnostics()).source.text
-    return f"{types}\n{print_st(result.program, bodies)}" if types else print_st(result.program, bodies)
+    names = [type_ for file in result.project.files for type_ in file.types
+             if not isinstance(type_.type, ast.StructType | ast.EnumType | ast.SubrangeType)]
+    text = print_st(result.program, bodies)
+    types = written(names, "names.st", Diagnostics()).source.text if bodies else ""
+    return f"{types}\n{text}" if types else text
 
 
 def _c_text(result: pipeline.Compiled) -> str:

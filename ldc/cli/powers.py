@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ldc.expr import FieldStep, Place
 from ldc.graph.rung import RAIL, RungGraph
-from ldc.il.program import Instr
+from ldc.il.program import STORES, Instr
 from ldc.model.elements import Block, Coil
 from ldc.pipeline import RungBuild
 from ldc.records import record, replace
@@ -16,7 +16,6 @@ from runtime.vm.frame import Frame
 from runtime.vm.machine import Machine
 from runtime.vm.stepping import Stepper
 
-_STORES = frozenset(("ST", "STN", "S", "R"))
 _JUMPS = frozenset(("JMP", "JMPC", "RET", "RETC"))
 
 
@@ -107,7 +106,7 @@ def _shows(instr: Instr, end: str) -> bool:
     """Whether the accumulator before the instruction is the power of an end of this kind: a coil stores it
     (an edge coil in its last ST), a jump goes by it, and a function is passed over without it."""
     if end == "COIL":
-        return instr.op in _STORES
+        return instr.op in STORES
     return end == "JUMP" and instr.op in _JUMPS or end == "FUNCTION" and instr.op == "JMPCN"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Set
 
 from ldc.components import find, interface, pace
@@ -12,12 +11,12 @@ from ldc.il.program import Unit
 from ldc.library import blocks
 from ldc.parser import ast
 from ldc.parser.plcopen import additional
+from ldc.patterns import Pattern
 from ldc.records import record, replace
 from ldc.source import SourceFile
 from ldc.types import ELEMENTARY
 
-
-_WORD = re.compile(r"[A-Za-z_]\w*")
+_WORD = Pattern(r"[A-Za-z_]\w*")
 
 
 @record

@@ -6,6 +6,8 @@ operators with parentheses, jumps to labels of the same POU.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from ldc.expr import Const, Place
 from ldc.records import field, record
 from ldc.source import Span
@@ -126,7 +128,7 @@ class Unit:
         """What FN gives to a FUNCTION, in this order: its inputs, then its in_outs."""
         return tuple(v for kind in ("input", "in_out") for v in self.variables if v.kind == kind)
 
-    @property
+    @cached_property
     def changed(self) -> tuple[Variable, ...]:
         """The arguments that it changes, of which it needs copies: in_outs, and inputs that it writes."""
         written = {place.root.upper() for rung in self.rungs for instr in rung.code

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from ldc.expr import Const, Expr, IndexStep, Load, Place
 from ldc.il.accumulator import allowed
-from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, NUMBER, Instr, Operand, RungCode, Unit
+from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, NUMBER, STORES, Instr, Operand, RungCode, Unit
 from ldc.library import functions
 from ldc.records import record
 from ldc.symbols import Variable
@@ -104,7 +104,7 @@ class _Check:
             if op == "LDN" and not allowed("NOT", instr.type):
                 yield f"{instr.type} cannot be negated"
             self.acc = instr.type
-        elif op in ("ST", "STN", "S", "R"):
+        elif op in STORES:
             yield from self._store(instr)
         elif op == "FN":
             yield from self._function(instr)

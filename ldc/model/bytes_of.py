@@ -7,14 +7,13 @@ of an array, and for the room of a string.
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
+from ldc.library import functions
 from ldc.model import places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.values import Untyped, counting
 from ldc.parser import ast
-from ldc.types import ELEMENTARY, Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, blocks_in
-
-_TEMPORAL = ("time", "date", "tod", "dt")
+from ldc.types import ELEMENTARY, Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, holds_blocks
 
 
 def size(env: Environment, node: ast.Call, diagnostics: Diagnostics) -> Untyped | None:
@@ -26,7 +25,7 @@ def size(env: Environment, node: ast.Call, diagnostics: Diagnostics) -> Untyped 
         if place is None:
             return None
         type_ = place.type
-    if next(blocks_in(type_), None) is not None:
+    if holds_blocks(type_):
         findings.not_a_value(diagnostics, argument.span, "how many bytes a function block takes is not told",
                              f"this is {findings.described(type_)}", "write the number")
         return None
@@ -43,8 +42,8 @@ def _named(env: Environment, node: ast.Expr) -> Type | None:
 def _measured(type_: Type) -> tuple[int, int]:
     """Bytes, and what their address is a multiple of."""
     match type_:
-        case Elementary(kind=kind, bits=bits):
-            count = 4 if kind in _TEMPORAL else max(bits // 8, 1)
+        case Elementary(bits=bits):
+            count = 4 if functions.is_temporal(type_) else max(bits // 8, 1)
             return count, count
         case Enum():
             return _measured(counting(type_))

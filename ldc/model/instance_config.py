@@ -78,7 +78,7 @@ def _is_open(declared: ast.VarDecl) -> bool:
     return declared.location is not None and declared.location.endswith(_OPEN)
 
 
-def _block_of(type_: ast.TypeExpr) -> str:
+def block_of(type_: ast.TypeExpr) -> str:
     """The name of the type of an instance, or of the elements of an array, in capitals."""
     while isinstance(type_, ast.ArrayType):
         type_ = type_.element
@@ -102,7 +102,7 @@ class _Configuring:
         self.versions = 0
         self.taken = {type_.name.upper() for file in project.files for type_ in file.types} | set(self.pous)
         self.open = self._open()
-        self.plain |= {_block_of(v.type): t.name for file in project.files for t in file.types
+        self.plain |= {block_of(v.type): t.name for file in project.files for t in file.types
                        if isinstance(t.type, ast.StructType) for v in t.type.fields}
         self.found = list(self.plain)
         for declared in written:
@@ -115,7 +115,7 @@ class _Configuring:
         for key, pou in self.pous.items():
             for block in pou.var_blocks:
                 for declared in block.variables:
-                    users[_block_of(declared.type)].append(key)
+                    users[block_of(declared.type)].append(key)
                     if _is_open(declared) and block.kind in _PLACED:
                         found.add(key)
         todo = list(found)
@@ -281,7 +281,7 @@ class _Configuring:
 
     def _valued(self, declared: ast.VarDecl, entry: _Entry | None, path: str) -> ast.VarDecl:
         """A variable that may have another initial value, or an instance with something in it."""
-        key = _block_of(declared.type)
+        key = block_of(declared.type)
         block = key in self.pous and self.pous[key].kind == "FUNCTION_BLOCK"
         if entry is None and not block:
             return declared

@@ -131,9 +131,10 @@ def paths_in(pou: Pou | ast.Pou) -> Iterator[tuple[str, str]]:
         elif isinstance(node, tuple):
             stack += node
         elif is_record(node) and not isinstance(node, Span):
-            stack += (getattr(node, name) for name in _fields(type(node)))
+            stack += (getattr(node, name) for name in fields_of(type(node)))
 
 
 @lru_cache(maxsize=None)
-def _fields(kind: type) -> tuple[str, ...]:
+def fields_of(kind: type) -> tuple[str, ...]:
+    """The fields of a node that may hold others."""
     return tuple(name for name in kind.__match_args__ if name not in ("span", "name_span"))

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from functools import lru_cache
 
 from ldc.free_names import free_name
 from ldc.library import blocks
-from ldc.model.paths import paths_in
+from ldc.model.instance_config import block_of
+from ldc.model.paths import fields_of, paths_in
 from ldc.parser import ast, statements
 from ldc.parser.unparse import argument_text
+from ldc.patterns import Pattern
 from ldc.records import is_record, replace
 from ldc.source import SourceFile, Span
 
@@ -109,10 +110,8 @@ class _Blocks:
 
     def _is_block(self, type_: ast.TypeExpr) -> bool:
         """Whether the type is a function block, which is no output."""
-        while isinstance(type_, ast.ArrayType):
-            type_ = type_.element
-        return isinstance(type_, ast.NamedType) and (
-            type_.name.upper() in self.pous or blocks.signature(type_.name.upper()) is not None)
+        name = block_of(type_)
+        return name in self.pous or blocks.signature(name) is not None
 
     def _configuration(self, node: ast.Configuration) -> ast.Configuration:
         return replace(node, resources=tuple(
@@ -204,10 +203,10 @@ def _calls(pou: ast.Pou, programs: Mapping[str, object]) -> Iterator[statements.
         elif isinstance(node, statements.Invoke | ast.Block) and (name := _name(node)) in programs and name not in own:
             yield node
         elif is_record(node) and not isinstance(node, Span):
-            stack += (getattr(node, name) for name in _fields(type(node)))
+            stack += (getattr(node, name) for name in fields_of(type(node)))
 
 
-_CALLED = re.compile(r"\bCAL(?:C|CN)?\s+(\w+)", re.IGNORECASE)
+_CALLED = Pattern(r"\bCAL(?:C|CN)?\s+(\w+)", re.IGNORECASE)
 
 
 def _name(node: statements.Invoke | ast.Block) -> str:
@@ -224,12 +223,7 @@ def _map(node, change):
         return node if all(a is b for a, b in zip(made, node, strict=True)) else made
     if not is_record(node) or isinstance(node, Span):
         return node
-    parts = {name: getattr(node, name) for name in _fields(type(node))}
+    parts = {name: getattr(node, name) for name in fields_of(type(node))}
     made = {name: new for name, old in parts.items() if (new := _map(old, change)) is not old}
     node = replace(node, **made) if made else node
     return change(node) if isinstance(node, ast.Block) else node
-
-
-@lru_cache(maxsize=None)
-def _fields(kind: type) -> tuple[str, ...]:
-    return tuple(name for name in kind.__match_args__ if name not in ("span", "name_span"))

@@ -10,12 +10,12 @@ from ldc.il.program import Unit
 from ldc.model.order import ordered
 from ldc.model.project import Model
 from ldc.source import Span
-from ldc.types import Instance, blocks_in
+from ldc.types import Instance, holds_blocks
 
 
 def callees_first(units: list[Unit], model: Model, diagnostics: Diagnostics) -> list[Unit]:
     """The units, each behind those that it calls; a circle of calls is an error."""
-    if not any(blocks_in(variable.type) for variable in model.globals.values()):
+    if not any(holds_blocks(variable.type) for variable in model.globals.values()):
         return units
     calls = {name: {} for name in model.pous} | {unit.name.upper(): _called(unit, model) for unit in units}
     if not any(calls.values()):

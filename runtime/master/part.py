@@ -212,8 +212,9 @@ class MasterPart:
         self._scrubbed = (self._scrubbed + 1) % len(proxies)
         scrubbed = proxies[self._scrubbed]
         for proxy in proxies:
-            if proxy.executing or proxy in open_ or proxy is scrubbed:
-                told = proxy.tick(proxy in open_ or proxy is scrubbed)
+            serves = proxy in open_ or proxy is scrubbed
+            if serves or proxy.executing:
+                told = proxy.tick(serves)
                 if told is not None:
                     self._learn(proxy, told)
         if not scrubbed.endpoint.idle:

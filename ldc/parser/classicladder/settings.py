@@ -121,10 +121,14 @@ def _table(reading: Reading, name: str, part: Part) -> dict[int, Preset]:
         if named is None:
             rows[len(rows)] = _preset(reading, name, line)
         else:
-            span = line.span
-            values = Line(named[2], Span(span.source, span.start + named.start(2), span.end))
-            rows[int(named[1])] = _preset(reading, name, values)
+            rows[int(named[1])] = _preset(reading, name, _behind(line, named))
     return rows
+
+
+def _behind(line: Line, match: re.Match[str]) -> Line:
+    """What stands behind the number (group 2)."""
+    span = line.span
+    return Line(match[2], Span(span.source, span.start + match.start(2), span.end))
 
 
 def _preset(reading: Reading, name: str, line: Line) -> Preset:
@@ -164,9 +168,7 @@ def _expressions(part: Part) -> dict[int, Line]:
     for line in part.lines:
         match = _NUMBERED.match(line.text)
         if match:
-            span = line.span
-            number = int(match[1])
-            line = Line(match[2], Span(span.source, span.start + match.start(2), span.end))
+            number, line = int(match[1]), _behind(line, match)
         found[number] = line
         number += 1
     return found

@@ -151,9 +151,8 @@ class Variables:
         rows = getattr(self.settings, f"{BLOCKS[letters]}s" if letters != "TM" else "timers_iec")
         if number in rows:
             return rows[number]
-        if self.settings.age == REGISTERS and number < MAX_OFFSET:
-            return Preset(1_000, 0, 0, span)
-        self.reading.malformed(span, f"%{letters}{number} has no row in the table of presets")
+        if self.settings.age != REGISTERS or number >= MAX_OFFSET:
+            self.reading.malformed(span, f"%{letters}{number} has no row in the table of presets")
         return Preset(1_000, 0, 0, span)
 
     def preset(self, letters: str, number: int, span: Span) -> str:

@@ -38,7 +38,8 @@ class Program:
 
     def __init__(self, source: SourceFile, diagnostics: Diagnostics) -> None:
         self.reading = Reading(source, FORMAT, diagnostics, mend="correct the list")
-        self.lines = Rows(self.reading) if first_step(source) else Lines(self.reading)
+        first = first_step(source)
+        self.lines = Rows(self.reading, first["gap"]) if first else Lines(self.reading)
         self.devices = Devices(self.reading, self._family())
         self.names = Names(self.reading)
         self.outputs = Outputs(self.devices, self._instance, self._labels())

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 from ldc.parser.foreign import Reading
 from ldc.parser.melsec.lines import MAX_INSTRUCTIONS, Comment, Instruction, Operand
-from ldc.parser.melsec.table import first_step
 from ldc.patterns import Pattern
 from ldc.source import Span
 
@@ -20,18 +19,16 @@ _STEPS, _STATEMENT, _WORD, _DEVICE, _NOTE = 0, 1, 2, 3, 6
 
 
 class Rows:
-    """The instructions of a table, in order, its comments, and what it says of the controller."""
+    """The instructions of a table, in order, its comments, and what it says of the controller. ``gap``: what
+    stands between its cells."""
 
-    def __init__(self, reading: Reading) -> None:
+    def __init__(self, reading: Reading, gap: str) -> None:
         self.reading = reading
         self.comments: list[Comment] = []
         self.controller = ""
-        self.instructions = list(self._read())
+        self.instructions = list(self._read(gap))
 
-    def _read(self) -> Iterator[Instruction]:
-        source = self.reading.source
-        first = first_step(source)
-        gap = first["gap"] if first else "\t"
+    def _read(self, gap: str) -> Iterator[Instruction]:
         word: Span | None = None
         operands: list[Operand] = []
         above: list[str] = []

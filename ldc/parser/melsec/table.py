@@ -8,7 +8,7 @@ from ldc.patterns import Pattern
 from ldc.source import SourceFile
 
 _STEP = Pattern(r'^"?\d*"?(?P<gap>[\t,])"?[^"\t\n]*"?(?P=gap)"?(?:LD[A-Z]*[<>=]*|NOP|P\d+)"?(?P=gap)',
-                   re.MULTILINE)
+                re.MULTILINE)
 _HEAD = 6_000
 """Characters in which the first instruction of a table stands."""
 

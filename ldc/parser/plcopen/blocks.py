@@ -78,8 +78,9 @@ class Pins:
         after = [step for pin in self.element.outputs for step in self._output(pin)]
         conditional = [step for step in after if not step[4]] if is_conditional(self.element) else []
         enable = self._executed(after) if conditional else None
-        block = ast.Block(instance, self.type, tuple(self.pins), usual(self.power_in, "in", self.is_function, self.signature),
-                          usual(self.power_out, "out", self.is_function, self.signature), span)
+        sides = self.is_function, self.signature
+        block = ast.Block(instance, self.type, tuple(self.pins), usual(self.power_in, "in", *sides),
+                          usual(self.power_out, "out", *sides), span)
         writer.add(block, self.head, self.tail, self.reads, self.writes)
         for step in after:
             writer.function(*step[:3], span, *step[3:], enable=enable if step in conditional else None)

@@ -20,10 +20,10 @@ _SIGNED = {8: "SINT", 16: "INT", 32: "DINT", 64: "LINT"}
 _UNSIGNED = {8: "USINT", 16: "UINT", 32: "UDINT", 64: "ULINT"}
 _SIZES = {"B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 ARITHMETIC = frozenset(("+", "-", "*", "/", "MOD"))
-COMPARISONS = frozenset(("=", "<>", "<", ">", "<=", ">="))
-COMPARING = frozenset(("GT", "GE", "EQ", "LE", "LT", "NE"))
-"""Functions; their result is BOOL."""
-OPERATORS = COMPARING | {"ADD", "SUB", "MUL", "DIV", "MOD", "MOVE"}
+COMPARING = {"EQ": "=", "NE": "<>", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
+"""Functions and their operators; their result is BOOL."""
+COMPARISONS = frozenset(COMPARING.values())
+OPERATORS = frozenset((*COMPARING, "ADD", "SUB", "MUL", "DIV", "MOD", "MOVE"))
 
 
 @record

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
+from ldc.parser.plcopen import kinds
 from ldc.parser.plcopen.document import Node
 
 _APART = 1_000
@@ -18,7 +19,7 @@ _TAGS = {"Contact": "contact", "CompareContact": "contact", "Coil": "coil", "Dat
 _OPERANDS = {"operand": "variable", "operand1": "variable", "operand2": "variable1",
              "identifier": "expression"}
 """Attributes that hold an operand, and the element that does in TC6."""
-_COMPARED = {"=": "EQ", "<>": "NE", "<": "LT", "<=": "LE", ">": "GT", ">=": "GE"}
+_COMPARED = {sign: name for name, sign in kinds.COMPARING.items()}
 _SAME = ("negated", "edge", "typeName", "instanceName", "name", "label")
 _KNOWN = frozenset((*_SAME, *_OPERANDS, "type", "globalId", "latch", "targetNetworkLabel", "compareOperator"))
 _PASSED = frozenset(("RelPosition", "Size", "Documentation", "AddData", "Type", "ConnectionPointIn",
@@ -146,4 +147,3 @@ def _outputs(node: Node) -> Iterator[tuple[str, str]]:
         for pin in pins.children:
             for point in pin.all("ConnectionPointOut"):
                 yield point.get("connectionPointOutId").strip(), pin.get("parameterName")
-

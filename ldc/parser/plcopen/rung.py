@@ -11,22 +11,21 @@ from collections.abc import Mapping
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast
-from ldc.parser.plcopen import backwards, boxes, findings, paths, texts
+from ldc.parser.plcopen import backwards, boxes, findings, kinds, paths, texts
 from ldc.parser.plcopen.blocks import Pins
 from ldc.parser.plcopen.drawing import (
     CALLED, RAIL, Drawing, Element, Input, Output, is_conditional, output_of,
 )
 from ldc.parser.plcopen.paths import RAIL_NET, Step
+from ldc.parser.plcopen.pins import NO_WIRE
 from ldc.source import Span
 
 _MODIFIERS = {"rising": "P", "falling": "N"}
 _OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
-_COMPARISONS = {"EQ": "=", "NE": "<>", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
 _BOXES = ("outVariable", "inOutVariable")
 _TAKE_VALUES = ("block", *_BOXES)
 _GIVE_VALUES = ("inVariable", "inOutVariable", CALLED)
-_NO_WIRE = "_"
 
 
 class RungWriter:
@@ -187,7 +186,7 @@ class RungWriter:
         """A contact that compares two values, ``typeName="EQ_UDINT"`` with ``<variable1>``, as one editor
         draws it."""
         node = element.node
-        operator = _COMPARISONS.get(function.partition("_")[0])
+        operator = kinds.COMPARING.get(function.partition("_")[0])
         if operator is None:
             self.failed = True
             message = f'{self.drawing.where}: {element.describe()} has typeName="{function[:20]}"'
@@ -304,8 +303,8 @@ class RungWriter:
     def function(self, name: str, source, target, span: Span, reads=(), writes=(), enable=None) -> None:
         """``enable``: the net at EN, None for a function that is always executed."""
         pins = (ast.Pin("IN", source, False, span), ast.Pin("OUT", target, True, span))
-        power_in = _NO_WIRE if enable is None else None
-        self.add(ast.Block(None, name, pins, power_in, _NO_WIRE, span), enable, None, reads, writes)
+        power_in = NO_WIRE if enable is None else None
+        self.add(ast.Block(None, name, pins, power_in, NO_WIRE, span), enable, None, reads, writes)
 
     def inverted(self, net: str | None, span: Span) -> str:
         """A net with the opposite power."""
@@ -328,7 +327,7 @@ class RungWriter:
         self.drawing.more.variables.append(made)
         source = ast.Junction(net, span) if net else texts.true(span, net == RAIL_NET)
         pins = (ast.Pin("CLK", source, False, span), ast.Pin("Q", ast.Junction(new, span), True, span))
-        block = ast.Block(ast.Name(name, span), pin.edge, pins, _NO_WIRE, _NO_WIRE, span)
+        block = ast.Block(ast.Name(name, span), pin.edge, pins, NO_WIRE, NO_WIRE, span)
         self.add(block, None, None, (net,) if net else (), (new,))
         return new
 

@@ -71,7 +71,9 @@ def _backwards(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -
     on_way: set[str] = set()
     meets_itself = False
     for start in sorted(kinds, key=lambda id_: (kinds[id_] not in WRITES, kinds[id_] != "block")):
-        way = [] if start in begun else [(start, iter(sources.get(start, ())))]
+        if start in begun:
+            continue
+        way = [(start, iter(sources.get(start, ())))]
         begun.add(start)
         on_way.add(start)
         while way:
