@@ -63,7 +63,7 @@ class Beat:
 
     def __init__(self, memory: mmap.mmap) -> None:
         self._memory, self._count = memory, 0
-        self._alive: tuple = ()
+        self._alive: list = []
 
     def __call__(self) -> None:
         self._count += 1
@@ -74,7 +74,8 @@ class Beat:
         Raises OSError when one cannot be loaded."""
         from runtime.c_interface import ffi  # a run without components does not need it
 
-        self._alive = [ffi.dlopen(str(path)) for path in libraries], ffi.dlopen(str(handler))
+        self._alive = [ffi.dlopen(str(path)) for path in libraries]
+        guard = ffi.dlopen(str(handler), ffi.RTLD_NOW | ffi.RTLD_NODELETE)  # signals come to the very end
         wanted = {str(path.resolve()) for path in libraries}
         bases: dict[str, int] = {}
         with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
@@ -89,7 +90,7 @@ class Beat:
         text = text[: _FINISHED - _BASES - 1]
         self._memory[_BASES : _BASES + len(text) + 1] = text + b"\0"
         buffer = ffi.from_buffer("int64_t[]", self._memory)
-        self._alive[1].ldc_guard(buffer + _NOTE // 8)
+        guard.ldc_guard(buffer + _NOTE // 8)
 
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:

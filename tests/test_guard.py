@@ -1,13 +1,17 @@
-"""Work in a process of its own: who heeds an interrupt from the keyboard (`ldc/cli/apart.py`)."""
+"""Work in a process of its own: who heeds its signals, up to its end (`ldc/cli/apart.py`)."""
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import time
 
+import native
 import pytest
 
+from ldc.components import host
+from ldc.diagnostics import Diagnostics
 from runtime.guard import Beat, guarded
 from runtime.realtime import processes
 
@@ -52,3 +56,20 @@ def test_to_wait_for_processes_that_do_not_end_is_no_hang() -> None:
         return 0
 
     assert guarded(work, hang=0.5) == 0
+
+
+@native.needs_gcc
+def test_a_signal_at_the_very_end_of_work_does_not_end_it_otherwise() -> None:
+    """The timer of the plant, an interrupt: they came while the stack for signals was there no more."""
+    handler = host.guard_library(Diagnostics())
+
+    def work(beat: Beat) -> int:
+        came: list[int] = []
+        signal.signal(signal.SIGALRM, lambda number, frame: came.append(number))
+        own = Beat(mmap.mmap(-1, 16 * 1024))
+        own.watch([], handler)
+        del own
+        os.kill(os.getpid(), signal.SIGALRM)
+        return 7 + len(came)
+
+    assert guarded(work) == 8

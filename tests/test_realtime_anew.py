@@ -16,7 +16,7 @@ import pytest
 from online_runtime import private
 from systems import MODULE, REAL_TIME, modules, mover
 from test_realtime import ONE, WATCH, command, family, gone, ran, running, wait_until
-from test_slave_retain import kept, project
+from test_slave_retain import kept, project, time_of_save
 
 from ldc.cli.main import main
 from ldc.types import ELEMENTARY
@@ -143,16 +143,13 @@ def test_power_cuts_in_real_time(tmp_path: Path) -> None:
     """kill -9 of the run: its slaves end with it, no value is torn, none goes back."""
     folder, dice, reached = project(tmp_path, "st"), random.Random(3), 0
     for _ in range(3):
-        before = (folder / "r.retain").stat().st_mtime_ns if (folder / "r.retain").exists() else 0
-        process = subprocess.Popen(command(folder, "--for", "60s", "--retain", str(folder / "r.retain"),
-                                           "--retain-every", "30ms"),
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wait_until(lambda: (folder / "r.retain").exists()
-                   and (folder / "r.retain").stat().st_mtime_ns != before)
-        time.sleep(dice.uniform(0.05, 0.2))
-        below = family(process.pid)
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
+        before = time_of_save(folder)
+        with running(folder, "--for", "60s", "--retain", str(folder / "r.retain"),
+                     "--retain-every", "30ms") as process:
+            wait_until(lambda: time_of_save(folder) not in (0, before))
+            time.sleep(dice.uniform(0.05, 0.2))
+            below = family(process.pid)
+            process.kill()
         for pid in below.values():
             wait_until(lambda: gone(pid))
         assert hours(folder) > reached
