@@ -7,7 +7,6 @@ import csv
 import os
 import random
 import signal
-import subprocess
 import time
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import native
 import pytest
 from online_runtime import private
 from systems import MODULE, REAL_TIME, modules, mover
-from test_realtime import ONE, WATCH, command, family, gone, ran, running, wait_until
+from test_realtime import ONE, WATCH, family, gone, ran, running, wait_until
 from test_slave_retain import kept, project, time_of_save
 
 from ldc.cli.main import main
