@@ -17,9 +17,9 @@ from runtime.processors.invariants import Entry, violations
 from runtime.system import System
 from runtime.units import UnitEvent
 
-REAL_TIME = pytest.mark.xdist_group("real time")
+REAL_TIME = [pytest.mark.xdist_group("real time"), pytest.mark.flaky(reruns=2, reruns_delay=1)]
 """Of tests that run in real time: they claim the same processors of the computer, so they go one after the
-other."""
+other, and they measure it too: one that fails is tried again, which the summary tells."""
 
 MOVER_C = """\
 #include "{low}.h"
