@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 
 import pytest
 from hypothesis import given, settings
@@ -12,11 +11,9 @@ from hypothesis import strategies as st
 from ldc import types
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply
-from ldc.model import Scope, resolve
 from ldc.model.elements import Jump
 from ldc.model.settings import Settings
-from ldc.parser import ast, parse_file
-from ldc.source import SourceFile
+from ldc.parser import ast
 from tests.modelling import findings, first, modelled, program, shown, shown_element
 
 BEFORE = """
@@ -319,22 +316,3 @@ def test_arguments_have_one_type_that_holds_them_all(name: str, kinds: list[str]
     assert inner.args[0].type == inner.args[1].type == inner.type
     sources = {(a.args[0] if isinstance(a, Apply) else a).type for a in inner.args}
     assert sources == {types.ELEMENTARY[k] for k in kinds}
-
-
-def test_typing_a_rung_is_quick() -> None:
-    text = program("".join(f"x{n} : BOOL; " for n in range(100)) + "q : BOOL;",
-                   "\n".join("RUNG " + " ".join(f"[x{(n * 7 + k) % 100}]" for k in range(6)) + " (q)"
-                             for n in range(300)))
-    diagnostics = Diagnostics()
-    file = parse_file(SourceFile("x.ld", text), diagnostics)
-    model = resolve(ast.Project((file,)), diagnostics)
-    scope = Scope(model, "main")
-    items = [i for rung in file.pous[0].body.rungs for i in rung.paths[0].items]
-    best = min(_timed(lambda: [scope.element(i, None, diagnostics) for i in items]) for _ in range(5))
-    assert best / 300 < 200e-6, f"{best / 300 * 1e6:.0f} us a rung"
-
-
-def _timed(work) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start

@@ -12,19 +12,19 @@ from ldc.cli.patience import Endless, Patience
 
 
 def test_short_work_goes_on_for_ever_and_the_timer_ends_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(patience, "LOOK", 0.02)
+    monkeypatch.setattr(patience, "LOOK", 0.1)
     before = signal.getsignal(signal.SIGALRM)
-    watch, end = Patience(), time.monotonic() + 0.3
+    watch, end = Patience(), time.monotonic() + 0.5
     while time.monotonic() < end:
         watch.begin()
         watch.end()
-    time.sleep(0.1)
+    time.sleep(0.4)
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
     assert signal.getsignal(signal.SIGALRM) == before
 
 
 def test_what_catches_all_exceptions_is_ended_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(patience, "LOOK", 0.02)
+    monkeypatch.setattr(patience, "LOOK", 0.1)
     watch = Patience()
     with pytest.raises(Endless):
         watch.begin()
@@ -36,5 +36,5 @@ def test_what_catches_all_exceptions_is_ended_too(monkeypatch: pytest.MonkeyPatc
                     continue
         finally:
             watch.end()
-    time.sleep(0.1)
+    time.sleep(0.4)
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
