@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ldc import types
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Apply
+from ldc.model import Scope
 from ldc.model.elements import Jump
 from ldc.model.settings import Settings
 from ldc.parser import ast
