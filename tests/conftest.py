@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +11,10 @@ import pytest
 
 TESTS = Path(__file__).resolve().parent
 GOLDEN = TESTS / "golden"
+
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a job that a script starts in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what tests start and interrupt inherits it
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
