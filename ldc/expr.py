@@ -6,6 +6,8 @@ meaning) and IL (whose operands are ``Const`` and ``Place``).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ldc.records import field, record
 from ldc.source import Span
 from ldc.types import BOOL, Scalar, Type
@@ -76,6 +78,10 @@ class Place:
     is_global: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    def indexes(self) -> Iterator[Expr]:
+        """The indexes on the way."""
+        return (index for step in self.steps if type(step) is IndexStep for index in step.indexes)
+
     def __str__(self) -> str:
         """The place as IEC text, ``a.b[1, i].c``."""
         return self.root + "".join(map(_step_text, self.steps)) if self.steps else self.root
@@ -144,6 +150,20 @@ class Apply:
 
 
 Expr = Const | Load | Apply
+
+
+def nodes(expr: Expr) -> Iterator[Expr]:
+    """The expression and all that it consists of, indexes of places too, in no particular order. A loop, since
+    chains may be long."""
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        yield node
+        if type(node) is Apply:
+            stack += node.args
+        elif type(node) is Load and node.place.steps:
+            stack += node.place.indexes()
+
 
 SHORT_CIRCUIT = frozenset(("AND_THEN", "OR_ELSE"))
 

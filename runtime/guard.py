@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import mmap
 import os
-import re
 import shutil
 import signal
 import struct
@@ -19,6 +18,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from ldc.patterns import Pattern
 from ldc.records import record
 from runtime.kin import end_with_parent
 
@@ -29,7 +29,7 @@ _BEATS, _NOTE, _BASES, _SIZE = 0, 8, 512, 16 * 1024
 _FINISHED = _SIZE - 8
 _MOST = 48
 _POLL = 0.02
-_PLACE = re.compile(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
+_PLACE = Pattern(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
 
 
 @record

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from itertools import islice
 
 from ldc.diagnostics import Invalid
+from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.types import BOOL, String, storage
 from runtime import value_findings as findings
@@ -23,8 +24,8 @@ from runtime.symbols import Symbol, UnknownSymbol
 from runtime.values import milliseconds, parse, show
 
 MOST_CELLS = 1_000_000
-_EDGE = re.compile(r"\s*(.+?)\s+(rises|falls)\s*\Z", re.IGNORECASE)
-_COMPARED = re.compile(r"\s*(.+?)\s*(>=|<=|<>|=|>|<)\s*(.+?)\s*\Z")
+_EDGE = Pattern(r"\s*(.+?)\s+(rises|falls)\s*\Z", re.IGNORECASE)
+_COMPARED = Pattern(r"\s*(.+?)\s*(>=|<=|<>|=|>|<)\s*(.+?)\s*\Z")
 _TESTS: dict[str, Callable] = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le,
                                "=": operator.eq, "<>": operator.ne}
 Test = Callable[[object, object], bool]

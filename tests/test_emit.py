@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ldc.expr import Apply, Const, IndexStep, Load, Place
+from ldc.il.assignments import Operands
 from ldc.il.emit import Emitter
+from ldc.il.symbolic import Memory
 from ldc.il.values import conjunction, disjunction, negation
-from ldc.il.symbolic import Memory, Operands
 from ldc.il.verify import execute
 from ldc.types import BOOL, DINT, INT, TIME
 
@@ -82,7 +83,7 @@ def test_instruction_count_is_the_known_minimum(expr):
 def test_code_computes_the_expression_at_any_nesting_limit(expr, limit):
     operands = Operands()
     reference = Memory(operands)
-    expected = reference.boolean(reference.value(expr))
+    expected = operands.boolean(reference.value(expr))
     memory = Memory(operands)
     code = emitted(expr, max_paren_depth=limit)
     execute(code, memory)

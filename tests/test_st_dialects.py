@@ -156,14 +156,14 @@ FUNCTION long : TIME VAR_INPUT n : INT; END_VAR long := n * T#1m; END_FUNCTION
 PROGRAM main VAR n : INT := 3; u : UINT := 7; x : REAL := 0.5; t : TIME := T#4s; l : LTIME;
     a, b, c, d, e, f : TIME;
 END_VAR
-    a := n * T#1s; b := x * t; c := 2 * t + n * u * T#1ms; d := MUL(n, t); e := 2.5 * T#1s; f := twice(n) * t;
+    a := n * T#1s; b := x * t; c := 2 * t + n * u * T#1ms; d := MUL(n, t); e := 2.5 * T#1s; f := twice(n) * long(2);
     l := 2 * LTIME#1s;
 END_PROGRAM
 """
     found = trace(tmp_path, text, "main.st", [{}], ("a", "b", "c", "d", "e", "f", "l"))
-    assert found == [tuple(10**6 * ms for ms in (3_000, 2_000, 8_021, 12_000, 2_500, 24_000, 2_000))]
+    assert found == [tuple(10**6 * ms for ms in (3_000, 2_000, 8_021, 12_000, 2_500, 720_000, 2_000))]
     for wrong, code in (("a := t * t;", "LD0410"), ("a := n / t;", "LD0410"), ("a := TRUE * t;", "LD0410"),
-                        ("n := n * t;", "LD0403"), ("a := twice(n) * long(n);", "LD0410")):
+                        ("n := n * t;", "LD0403")):
         assert code in [d.code for d in checked(text.replace("a := n * T#1s;", wrong), "main.st").diagnostics]
 
 
@@ -321,3 +321,38 @@ def test_debug_lines_that_openplc_appends_are_comments() -> None:
     assert all(f"(*DBG:{line}*)\n" in formatted for line in lines)
     broken = checked(program + "(*DBG: a*) n := 1; (* b *) m\n", "main.st").diagnostics
     assert [d.code for d in broken] == ["LD0115"]
+
+
+_COUNTED = """FUNCTION place : INT VAR_INPUT n : INT; END_VAR VAR_IN_OUT calls : DINT; END_VAR
+    calls := 10 * calls + 1; place := n;
+END_FUNCTION
+FUNCTION long : TIME VAR_INPUT n : INT; END_VAR VAR_IN_OUT calls : DINT; END_VAR
+    calls := 10 * calls + 2; long := n * T#1s;
+END_FUNCTION
+FUNCTION pure : TIME VAR_INPUT n : INT; END_VAR pure := n * T#1s; END_FUNCTION
+PROGRAM main
+VAR field : ARRAY [0..3] OF INT := [2(1), 5, 1]; times : ARRAY [0..1] OF TIME := [T#0s, T#3s]; t : TIME;
+    calls : DINT; END_VAR
+    calls := 0;
+    t := %s;
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("product, result", [
+    ("long(2, calls) * field[place(2, calls)]", (10 * 10**9, 21)),
+    ("field[place(2, calls)] * pure(3)", (15 * 10**9, 1)),
+    ("field[place(2, calls)] * times[1]", (15 * 10**9, 1)),
+])
+def test_a_number_times_a_time_calls_functions_from_left_to_right(tmp_path: Path, product: str, result) -> None:
+    assert trace(tmp_path, _COUNTED % product, "main.st", [{}], ("t", "calls")) == [result]
+
+
+@pytest.mark.parametrize("product", [
+    "field[place(2, calls)] * long(1, calls)", "place(2, calls) * long(1, calls)",
+    "place(2, calls) * times[place(1, calls)]"])
+def test_a_number_times_a_time_is_refused_where_the_order_of_calls_would_change(product: str) -> None:
+    """The library takes the TIME first; that must not turn round two calls that write variables."""
+    found = checked(_COUNTED % product, "main.st").diagnostics
+    assert [(d.code, d.help) for d in found if d.severity == "error"] == [
+        ("LD0410", "write the TIME first, or put one of them into a variable before: both call functions that write")]

@@ -15,14 +15,15 @@ from ldc.cli.console import Failure, report
 from ldc.components import toolchain
 from ldc.components.find import own_files
 from ldc.diagnostics import Diagnostics, Invalid
+from ldc.patterns import Pattern
 
 VARIABLE = "LDC_SANITIZED"
 """Set in the inner run: components are compiled with the sanitizers."""
 
-_ASAN = re.compile(r"ERROR: AddressSanitizer: (.+?)(?: on (?:unknown )?address.*)?$", re.MULTILINE)
-_UBSAN = re.compile(r"^(.+?):(\d+):(\d+): runtime error: (.+)$", re.MULTILINE)
-_ACCESS = re.compile(r"^(READ|WRITE) of size (\d+)", re.MULTILINE)
-_FRAME = re.compile(r"^\s*#\d+ \S+ in (\S+) (\S+?):(\d+)(?::\d+)?$", re.MULTILINE)
+_ASAN = Pattern(r"ERROR: AddressSanitizer: (.+?)(?: on (?:unknown )?address.*)?$", re.MULTILINE)
+_UBSAN = Pattern(r"^(.+?):(\d+):(\d+): runtime error: (.+)$", re.MULTILINE)
+_ACCESS = Pattern(r"^(READ|WRITE) of size (\d+)", re.MULTILINE)
+_FRAME = Pattern(r"^\s*#\d+ \S+ in (\S+) (\S+?):(\d+)(?::\d+)?$", re.MULTILINE)
 
 
 def inside() -> bool:

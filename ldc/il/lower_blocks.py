@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ldc.expr import TRUE, Apply, Const, FieldStep, IndexStep, Load, Place
+from ldc.expr import TRUE, Apply, Const, FieldStep, IndexStep, Load, Place, nodes
 from ldc.il.emit import Emitter
 from ldc.il.values import Held, Value
 from ldc.library import functions
@@ -239,13 +239,4 @@ def eno_drawn(block: Block) -> bool:
 
 def _reads(value: Value, root: str) -> bool:
     """Whether an expression that is still to be computed reads a variable."""
-    stack: list[Value] = [value]
-    while stack:
-        match stack.pop():
-            case Load(place):
-                if place.root.upper() == root.upper():
-                    return True
-                stack.extend(i for s in place.steps if isinstance(s, IndexStep) for i in s.indexes)
-            case Apply(args=args):
-                stack.extend(args)
-    return False
+    return any(type(node) is Load and node.place.root.upper() == root.upper() for node in nodes(value))

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ldc.expr import SHORT_CIRCUIT, TRUE, Apply, Const, Expr, IndexStep, Load, Place
+from ldc.expr import SHORT_CIRCUIT, TRUE, Apply, Const, Expr, IndexStep, Load, Place, nodes
 from ldc.il.emit import Emitter
 from ldc.il.lower_blocks import BlockLowering
 from ldc.il.program import Instr, RungCode
 from ldc.il.values import Value, disjunction
 from ldc.library import functions
 from ldc.model import actions
+from ldc.model.values import converted
 from ldc.records import entity, replace
 from ldc.symbols import Variable
 from ldc.types import BOOL, Elementary, storage
@@ -295,7 +296,7 @@ class _Lowering:
         again, end = emit.label(), emit.label()
         loop = _Loop(end, lambda: self._count(action, stop, step, again, end), True)
         emit.put("LABEL", name=again)
-        emit.value(self._past(_as(Load(place), storage(stop.type)), stop, step, action.down))
+        emit.value(self._past(converted(Load(place), storage(stop.type)), stop, step, action.down))
         emit.put("JMPC", name=end)
         self._inside(loop, action.body)
         emit.span = action.span
@@ -321,12 +322,12 @@ class _Lowering:
                end: str) -> None:
         emit, place = self.emit, action.place
         base = action.number
-        now = _as(Load(place), base)
+        now = converted(Load(place), base)
         following = Apply("SUB" if action.down else "ADD", (now, step), base)
         if action.free and isinstance(stop, Const) and isinstance(step, Const):
             furthest = stop.value - step.value if action.down else stop.value + step.value
             if base.range[0] <= furthest <= base.range[1]:
-                emit.value(_as(following, storage(place.type)))
+                emit.value(converted(following, storage(place.type)))
                 emit.store(place)
                 emit.put("JMP", name=again)
                 return
@@ -336,7 +337,7 @@ class _Lowering:
         emit.store(made)
         emit.value(self._past(now, Load(made), step, action.down))
         emit.put("JMPC", name=end)
-        emit.value(_as(Load(made), storage(place.type)))
+        emit.value(converted(Load(made), storage(place.type)))
         emit.store(place)
         emit.put("JMP", name=again)
         emit.release(mark)
@@ -345,12 +346,6 @@ class _Lowering:
         self.loops.append(loop)
         self.body(body)
         self.loops.pop()
-
-
-def _as(value: Load | Apply, wanted: Elementary) -> Value:
-    """A number in another integer type that holds it."""
-    source = storage(value.type)
-    return value if source is wanted else Apply(functions.conversion(source, wanted), (value,), wanted)
 
 
 def _chosen(selector: Value, choice: actions.Choice) -> Value:
@@ -366,16 +361,7 @@ def _within(selector: Value, low: int, high: int) -> Apply:
 
 def _writes(expr: Value) -> bool:
     """Whether an expression has to be made in order: it calls a function that writes variables, or jumps."""
-    stack: list[Value] = [expr]
-    while stack:
-        match stack.pop():
-            case Load(place):
-                stack.extend(i for s in place.steps if isinstance(s, IndexStep) for i in s.indexes)
-            case Apply(op=op, args=args, outputs=outputs):
-                if outputs or op in SHORT_CIRCUIT:
-                    return True
-                stack.extend(args)
-    return False
+    return any(type(node) is Apply and (node.outputs or node.op in SHORT_CIRCUIT) for node in nodes(expr))
 
 
 def _no_nets(net: int, value: Value) -> None:

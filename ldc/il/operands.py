@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.expr import Apply, Const, Expr, FieldStep, Load, Place
 from ldc.il import findings
 from ldc.model import action_calls, expressions
 from ldc.model.project import Pou
@@ -120,7 +120,7 @@ def member(instance: Place, pin: str, type_: Type, span: Span | None = None) -> 
 
 def simple(place: Place) -> bool:
     """Whether every index is a constant or a variable, as IL asks for."""
-    return all(_simple_index(i) for step in place.steps if isinstance(step, IndexStep) for i in step.indexes)
+    return all(_simple_index(i) for i in place.indexes())
 
 
 def _simple_index(index: Expr) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place, nodes
 from ldc.il import structure as il
 from ldc.il.control import Plan, plan
 from ldc.il.declare import Declarations
@@ -347,14 +347,7 @@ _PRINTERS: dict[type, Callable[[_Body, il.Statement], None]] = {
 
 def _loads(expr: Expr) -> Iterator[Place]:
     """Every place that an expression reads."""
-    todo = [expr]
-    while todo:
-        match todo.pop():
-            case Load(place):
-                yield place
-                todo += [i for s in place.steps if isinstance(s, IndexStep) for i in s.indexes]
-            case Apply(args=args):
-                todo += args
+    return (node.place for node in nodes(expr) if type(node) is Load)
 
 
 def _comment(text: str) -> str:

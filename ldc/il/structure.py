@@ -48,7 +48,7 @@ def may_fault(expr: Apply | Load) -> bool:
     what is no constant other than 0, an index that is computed."""
     if isinstance(expr, Load):
         return bool(expr.place.steps) and any(
-            isinstance(i, Load) for s in expr.place.steps if isinstance(s, IndexStep) for i in s.indexes)
+            isinstance(i, Load) for i in expr.place.indexes())
     if expr.op not in ("DIV", "MOD", "DIVTIME"):
         return False
     divisor = expr.args[1]

@@ -1,104 +1,21 @@
-"""Values and memory of the self-check: one run covers 4,096 assignments of the operands at once.
+"""Memory of the self-check, whose values hold for all assignments at once (``assignments``).
 
-A BOOL is a Python integer of 4,096 bits, one per assignment. Every operand that is read for the first
-time (a variable, the output of a block, a comparison) gets a column: the first twelve together run
-through all their 2^12 combinations, further ones are random. What is not BOOL is a term, compared by
-structure; blocks and functions are uninterpreted: equal inputs in equal order give equal outputs. So
-equality on all columns is a proof for rungs with at most twelve operands, for every block, every value
-and, since hidden memories are operands too, for every number of scans (ADR 0004).
+Blocks and functions are uninterpreted: equal inputs in equal order give equal outputs. So equality on
+all columns is a proof for rungs with at most twelve operands, for every block, every value and, since
+hidden memories are operands too, for every number of scans (ADR 0004).
 """
 
 from __future__ import annotations
 
-import random
-from math import prod
-
 from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place
+from ldc.il.assignments import ALL, Key, Operands, Term, Value, canonical, combined, logic, order
 from ldc.il.values import typed_function
 from ldc.library import functions
 from ldc.records import record, replace
 from ldc.symbols import Location
 from ldc.types import BOOL, LINT, TIME, Type, storage
 
-LANES = 4096
-ALL = (1 << LANES) - 1
-EXHAUSTIVE = 12
 _COMPARISON_CHAINS = frozenset(("GT", "GE", "EQ", "NE", "LE", "LT"))
-
-
-def _columns() -> tuple[int, ...]:
-    columns = []
-    for n in range(EXHAUSTIVE):
-        half = 1 << n
-        block, width = ((1 << half) - 1) << half, 2 * half
-        while width < LANES:
-            block |= block << width
-            width *= 2
-        columns.append(block)
-    return tuple(columns)
-
-
-_COLUMNS = _columns()
-
-
-class Term:
-    """An interned expression; equal structure is the same object."""
-
-    __slots__ = ("key", "number")
-
-    def __init__(self, key: tuple, number: int) -> None:
-        self.key = key
-        self.number = number
-
-
-# A value that is not BOOL: one term, or terms with the (disjoint) assignments in which each holds.
-Cases = tuple[tuple[Term, int], ...]
-Value = int | Term | Cases
-
-
-class Operands:
-    """The table of terms and columns that all runs of one self-check share."""
-
-    def __init__(self) -> None:
-        self.columns: dict[Term, int] = {}
-        # By identity, since the same objects are read over and over; held, so that none is reused.
-        self.places: dict[int, tuple[Place, Key]] = {}
-        self._keys: dict[tuple, Key] = {}
-        self._terms: dict[tuple, Term] = {}
-
-    def term(self, *key: object) -> Term:
-        known = self._terms.get(key)
-        if known is None:
-            known = self._terms[key] = Term(key, len(self._terms))
-        return known
-
-    def key(self, root: tuple, steps: tuple) -> Key:
-        known = self._keys.get((root, steps))
-        if known is None:
-            known = self._keys[root, steps] = Key(root, steps)
-        return known
-
-    def column(self, term: Term) -> int:
-        known = self.columns.get(term)
-        if known is None:
-            n = len(self.columns)
-            known = _COLUMNS[n] if n < EXHAUSTIVE else random.Random(n).getrandbits(LANES)
-            self.columns[term] = known
-        return known
-
-    @property
-    def exhaustive(self) -> bool:
-        return len(self.columns) <= EXHAUSTIVE
-
-
-class Key:
-    """Where a place lies: ``root`` (a variable or a byte image) and the way from there; interned."""
-
-    __slots__ = ("root", "steps")
-
-    def __init__(self, root: tuple, steps: tuple) -> None:
-        self.root = root
-        self.steps = steps
 
 
 @record
@@ -121,54 +38,17 @@ class Memory:
         self.epochs: dict[tuple | str, int] = {}
         self.events: list[tuple] = []
 
-    # -- logic on assignments
-
-    def choose(self, when: int, yes: Value, no: Value) -> Value:
-        """``yes`` where ``when``, else ``no``."""
-        if when == ALL or yes is no:
-            return yes
-        if when == 0:
-            return no
-        if isinstance(yes, int) and isinstance(no, int):
-            return yes & when | no & ~when & ALL
-        merged: dict[Term, int] = {}
-        for value, lanes in ((yes, when), (no, ALL & ~when)):
-            for term, holds in self.cases(value):
-                if holds & lanes:
-                    merged[term] = merged.get(term, 0) | holds & lanes
-        return _canonical(merged)
-
-    def cases(self, value: Value) -> Cases:
-        if isinstance(value, Term):
-            return ((value, ALL),)
-        if isinstance(value, tuple):
-            return value
-        yes, no = self.operands.term("const", True), self.operands.term("const", False)
-        return tuple((t, lanes) for t, lanes in ((yes, value), (no, ALL & ~value)) if lanes)
-
-    def boolean(self, value: Value) -> int:
-        """A BOOL from a term: its column (or the constant that it is)."""
-        if isinstance(value, int):
-            return value
-        result = 0
-        for term, lanes in self.cases(value):
-            if term.key[0] == "const":
-                result |= lanes if term.key[1] else 0
-            else:
-                result |= lanes & self.operands.column(term)
-        return result
-
     def apply(self, op: str, args: list[Value], type_: Type, seen: tuple | None = None) -> Value:
         """A function as an uninterpreted term, for every combination of cases of its arguments. ``seen``: the
         globals when it was called, if that is over."""
-        combinations = _combined([self.cases(arg) for arg in args])
+        combinations = combined([self.operands.cases(arg) for arg in args])
         context = self.seen(op) if seen is None else seen
         merged: dict[Term, int] = {}
         for key, lanes in combinations:
             term = self.operands.term(op, type_, *key, *context)
             merged[term] = merged.get(term, 0) | lanes
-        value = _canonical(merged)
-        return self.boolean(value) if type_ == BOOL else value
+        value = canonical(merged)
+        return self.operands.boolean(value) if type_ == BOOL else value
 
     def seen(self, op: str) -> tuple:
         """What a FUNCTION of the project sees beside its arguments: the globals as they are now."""
@@ -195,11 +75,11 @@ class Memory:
         """The meaning of an operator: logic of BOOL is computed, all else is a term. A subrange counts as the
         type that it is a range of: the range holds where a value is stored."""
         if (type_ is BOOL or type_ == BOOL) and op in ("AND", "OR", "XOR", "NOT"):
-            return _logic(op, [self.boolean(v) for v in values])
+            return logic(op, [self.operands.boolean(v) for v in values])
         type_, types = storage(type_), [storage(t) for t in types]
         if op in _COMPARISON_CHAINS and len(values) > 2:
             pairs = [self.operator(op, [a, b], types[:2], BOOL) for a, b in zip(values, values[1:])]
-            return _logic("AND", pairs)
+            return logic("AND", pairs)
         if op == "MOVE":
             return values[0]
         if op == "NEG":
@@ -215,7 +95,7 @@ class Memory:
         if op in ("AND", "OR", "XOR"):
             # Bit strings: the order of operands is free, so it must not tell terms apart.
             first, second = values
-            if _order(first) > _order(second):
+            if order(first) > order(second):
                 values = [second, first]
         return self.apply(op, values, type_, seen)
 
@@ -274,7 +154,7 @@ class Memory:
         """The steps ``("ix", ...)`` with one value for each index."""
         found: list[tuple[tuple, int]] = [(("ix",), ALL)]
         for index in step[1:]:
-            cases = self.cases(index) if isinstance(index, tuple) else ((index, ALL),)
+            cases = self.operands.cases(index) if isinstance(index, tuple) else ((index, ALL),)
             found = [((*one, term), lanes & holds)
                      for one, lanes in found for term, holds in cases if lanes & holds]
         return found
@@ -286,7 +166,7 @@ class Memory:
         (key, _), *others = self.ways(place, when)
         value = self._read_key(key, place.type)
         for other, lanes in others:
-            value = self.choose(lanes, self._read_key(other, place.type), value)
+            value = self.operands.choose(lanes, self._read_key(other, place.type), value)
         return value
 
     def _read_key(self, key: Key, type_: Type) -> Value:
@@ -297,7 +177,7 @@ class Memory:
         if value is None:
             value = self._read(key, len(self.logs.get(key.root, ())), type_)
             if type_ is BOOL or type_ == BOOL:
-                value = self.boolean(value)
+                value = self.operands.boolean(value)
             current[key] = value
         return value
 
@@ -310,8 +190,8 @@ class Memory:
                     return value
                 before = self._read(key, n, type_)
                 if type_ == BOOL:
-                    return self.choose(when, self.boolean(value), self.boolean(before))
-                return self.choose(when, value, before)
+                    return self.operands.choose(when, self.operands.boolean(value), self.operands.boolean(before))
+                return self.operands.choose(when, value, before)
             if _may_overlap(steps, key.steps):
                 written = tuple((way, self._where(value, when), when) for way, value, when, _ in log[: n + 1])
                 return self.operands.term("within", key.root, key.steps, self._epoch(key.root), written)
@@ -321,7 +201,7 @@ class Memory:
         """What was written on the assignments ``when``; what it would have been on others is nothing."""
         if isinstance(value, int):
             return value & when
-        return tuple((term.number, lanes & when) for term, lanes in self.cases(value) if lanes & when)
+        return tuple((term.number, lanes & when) for term, lanes in self.operands.cases(value) if lanes & when)
 
     def _epoch(self, root: tuple) -> int:
         """Counts the calls that may have changed a variable."""
@@ -340,7 +220,7 @@ class Memory:
         log = self.logs.setdefault(key.root, [])
         if when != ALL and log and log[-1][0] == key.steps:
             _, last, before, _ = log.pop()
-            value, when = self.choose(when, value, last), when | before
+            value, when = self.operands.choose(when, value, last), when | before
         self._current[key.root] = {key: value} if when == ALL else {}
         if when == ALL and log and all(entry[0] == key.steps for entry in log):
             log.clear()
@@ -352,7 +232,7 @@ class Memory:
         values = []
         for steps, type_ in {entry[0]: entry[3] for entry in log}.items():
             value = self._read(self.operands.key(root, steps), len(log), type_)
-            values.append((steps, self.boolean(value) if type_ == BOOL else value))
+            values.append((steps, self.operands.boolean(value) if type_ == BOOL else value))
         return tuple(sorted(values, key=lambda item: repr(item[0])) if len(values) > 1 else values)
 
     def call(self, instance: Place, sees_globals: bool, when: int) -> None:
@@ -402,53 +282,6 @@ def _shared(root: tuple) -> bool:
 def _varies(step: object) -> bool:
     """Whether the step is an index with several cases."""
     return step[0] == "ix" and any(isinstance(index, tuple) for index in step[1:])
-
-
-def _combined(args: list[Cases]) -> list[tuple[tuple, int]]:
-    """The combinations of cases that occur, with their assignments: one after the other, or, when the cases
-    are many, by assignment, so that the work is bounded by the number of assignments."""
-    if prod(map(len, args)) > LANES:
-        found: dict[tuple, int] = {}
-        for lane, key in enumerate(zip(*map(_by_lane, args), strict=True)):
-            found[key] = found.get(key, 0) | 1 << lane
-        return list(found.items())
-    combinations: list[tuple[tuple, int]] = [((), ALL)]
-    for arg in args:
-        combinations = [((*key, term), lanes & holds) for key, lanes in combinations
-                        for term, holds in arg if lanes & holds]
-    return combinations
-
-
-def _by_lane(cases: Cases) -> list[Term]:
-    """The term of every assignment."""
-    found = [cases[0][0]] * LANES
-    for term, lanes in cases[1:]:
-        while lanes:
-            lane = lanes.bit_length() - 1
-            found[lane] = term
-            lanes ^= 1 << lane
-    return found
-
-
-def _canonical(merged: dict[Term, int]) -> Value:
-    if len(merged) == 1:
-        return next(iter(merged))
-    return tuple(sorted(merged.items(), key=lambda case: case[0].number))
-
-
-def _order(value: Value) -> object:
-    if isinstance(value, Term):
-        return (0, value.number)
-    return (2, [(t.number, lanes) for t, lanes in value]) if isinstance(value, tuple) else (1, value)
-
-
-def _logic(op: str, values: list[int]) -> int:
-    result = values[0]
-    if op == "NOT":
-        return ALL & ~result
-    for value in values[1:]:
-        result = result & value if op == "AND" else result | value if op == "OR" else result ^ value
-    return result
 
 
 def _may_overlap(a: tuple, b: tuple) -> bool:

@@ -15,9 +15,10 @@ from ldc.graph.order import Turn
 from ldc.graph.rung import RungGraph
 from ldc.graph.tree import SPTree
 from ldc.graph.tree_eval import evaluate_tree
+from ldc.il.assignments import ALL, Operands, Term, Value
 from ldc.il.lower_blocks import DIVISIONS, eno_drawn
 from ldc.il.program import ARITHMETIC, COMPARISON, LOGIC, Instr
-from ldc.il.symbolic import ALL, Memory, Operands, Term, Value
+from ldc.il.symbolic import Memory
 from ldc.library import blocks, functions
 from ldc.model.elements import Block
 from ldc.records import record
@@ -81,7 +82,7 @@ class _Outputs(dict):
 
 
 class GraphDomain:
-    """The values of ``symbolic`` for the reference evaluator."""
+    """Values of all assignments at once for the reference evaluator."""
 
     true, false = ALL, 0
 
@@ -103,7 +104,7 @@ class GraphDomain:
 
     def contact(self, expr: Expr, power: int) -> int:
         value = self.memory.value(expr)
-        return power & (value if type(value) is int else self.memory.boolean(value))
+        return power & (value if type(value) is int else self.memory.operands.boolean(value))
 
     def value(self, expr: Expr, when: int) -> Value:
         return self.memory.value(expr)
@@ -115,7 +116,7 @@ class GraphDomain:
         self.memory.write(place, value, when)
 
     def choose(self, when: int, yes: Value, no: Value) -> Value:
-        return self.memory.choose(when, yes, no)
+        return self.memory.operands.choose(when, yes, no)
 
     def convert(self, value: Value, source: Type, target: Type) -> Value:
         return self.memory.apply(functions.conversion(source, target), [value], target)
@@ -147,7 +148,7 @@ class GraphDomain:
             divisor = next((p.source for p in block.inputs if p.pin == names[1]), None)
             if not (isinstance(divisor, Const) and divisor.value != 0):
                 zero = self.zero(kinds[1])
-                eno &= self.memory.boolean(self.memory.operator("NE", [values[1], zero], kinds[1:] * 2, BOOL))
+                eno &= self.memory.operands.boolean(self.memory.operator("NE", [values[1], zero], kinds[1:] * 2, BOOL))
 
         seen = self.memory.seen(block.callee)
 
@@ -205,9 +206,9 @@ def execute(code: tuple[Instr, ...], memory: Memory,
                 acc = memory.operator("NOT", [acc], [acc_type], acc_type)
         elif op in ("ST", "STN"):
             value = acc if op == "ST" else memory.operator("NOT", [acc], [instr.type], instr.type)
-            memory.write(operand, memory.boolean(value) if instr.type == BOOL else value, active)
+            memory.write(operand, memory.operands.boolean(value) if instr.type == BOOL else value, active)
         elif op in ("S", "R"):
-            memory.write(operand, ALL if op == "S" else 0, active & memory.boolean(acc))
+            memory.write(operand, ALL if op == "S" else 0, active & memory.operands.boolean(acc))
         elif op == ")":
             opened, left, left_type = stack.pop()
             acc, acc_type = _binary(memory, opened, left, left_type, acc, acc_type)
@@ -235,9 +236,9 @@ def execute(code: tuple[Instr, ...], memory: Memory,
         elif op.startswith(("JMP", "RET")):
             taken = active
             if op.endswith("CN"):
-                taken &= ~memory.boolean(acc)
+                taken &= ~memory.operands.boolean(acc)
             elif op.endswith("C"):
-                taken &= memory.boolean(acc)
+                taken &= memory.operands.boolean(acc)
             active &= ~taken
             if op.startswith("JMP") and instr.name in labels:
                 waiting[instr.name] = waiting.get(instr.name, 0) | taken

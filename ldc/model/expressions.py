@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import SHORT_CIRCUIT, Apply, Const, Expr, Load
+from ldc.expr import SHORT_CIRCUIT, Apply, Const, Expr, Load, nodes
 from ldc.library import functions
 from ldc.library.faults import DivisionByZero
 from ldc.model import calls, parts, places
@@ -361,7 +361,7 @@ def apply(
     hint: Type | None = None,
 ) -> Apply | None:
     """A standard function or operator on typed or undecided values."""
-    if name == "MUL" and _time_last(args):
+    if name == "MUL" and _time_last(args) and not all(map(_writes, args)):
         args = (args[1], args[0])
     resolved = resolve(name, args, hint)
     if isinstance(resolved, str) and (counted := _counted(env, name, args, span, diagnostics)) is not None:
@@ -394,7 +394,7 @@ def _counted(
             if enum is not None and arg.type != enum:
                 return None
             enum, mixed = arg.type, True
-            numbers.append(converted(arg, enum, counting(enum), arg.span))
+            numbers.append(converted(arg, counting(enum)))
             continue
         own = None if type(arg) is Untyped else unsigned(arg.type)
         if own is None:
@@ -420,8 +420,7 @@ def _counted(
 
 
 def _time_last(args: tuple[Value, ...]) -> bool:
-    """Whether these are a number and a TIME, `n * T#1s`: the library takes the TIME first, and which of them is
-    computed first is seen only when both call a FUNCTION of the project."""
+    """Whether these are a number and a TIME, `n * T#1s`: the library takes the TIME first."""
     if len(args) != 2 or any(type(a) is AnyEnum for a in args):
         return False
     number, time = args
@@ -429,21 +428,17 @@ def _time_last(args: tuple[Value, ...]) -> bool:
         return False
     if type(number) is not Untyped and (number.type is None or storage(number.type) == TIME):
         return False
-    return not (_calls_users(number) and _calls_users(time))
+    return True
 
 
-def _calls_users(value: Value) -> bool:
-    todo: list[object] = [value]
-    while todo:
-        node = todo.pop()
-        if type(node) is Apply:
-            if node.user:
-                return True
-            todo += node.args
-    return False
+def _writes(value: Value) -> bool:
+    """Whether a FUNCTION is called that writes variables of the caller."""
+    return any(type(node) is Apply and node.outputs for node in nodes(value))
 
 
 def _operation_help(name: str, args: tuple[Value, ...]) -> str:
+    if name == "MUL" and _time_last(args):
+        return "write the TIME first, or put one of them into a variable before: both call functions that write"
     types = [a.type for a in args if type(a) not in _UNDECIDED]
     if any(isinstance(t, Instance) for t in types):
         return "name one of the outputs of the block, `instance.pin`"

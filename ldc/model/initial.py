@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, Const, Load
+from ldc.expr import Apply, Const, Expr, Load
 from ldc.model import declaration_findings as findings
 from ldc.model import expressions
 from ldc.model.environment import Environment
@@ -18,29 +18,39 @@ def scalar(
     env: Environment, node: ast.Expr, type_: Type | None, diagnostics: Diagnostics, what: str
 ) -> Const | None:
     """The value of a constant expression in the type that is asked for; None after an error."""
+    found = computed(env, node, type_, diagnostics, what)
+    if found is None or type(found) is Const:
+        return found
+    findings.not_constant(diagnostics, node.span, what)
+    return None
+
+
+def computed(
+    env: Environment, node: ast.Expr, type_: Type | None, diagnostics: Diagnostics, what: str
+) -> Expr | None:
+    """The expression in the type that is asked for: a Const where it is constant; None after an error."""
     value = expressions.value(env, node, type_, diagnostics)
     if value is None:
         return None
-    known = known_integer(env, value, type_)
+    known = _known_integer(env, value, type_)
     if known is not None:
         return Const(known, storage(type_), node.span)
     expr = coerce(value, type_, diagnostics, node.span, what)
-    if expr is None:
-        return None
-    found = expressions.constant(env, expr)
+    found = expressions.constant(env, expr) if expr is not None else None
     if found is None:
-        findings.not_constant(diagnostics, node.span, what)
-        return None
+        return expr
     if type_ is not None and not const_fits(found, type_):
         does_not_fit(diagnostics, node.span, f"the value {found!r}", type_)
         return None
     return Const(found, expr.type, node.span)
 
 
-def known_integer(env: Environment, value: Value, type_: Type | None) -> int | None:
-    """A constant of one integer type that fits another one, which needs no conversion: the number is known. None
-    for all else."""
-    if type_ is None or isinstance(type_, Enum) or type(value) not in (Const, Load, Apply) or isinstance(value.type, Enum):
+def _known_integer(env: Environment, value: expressions.Value, type_: Type | None) -> int | None:
+    """A constant of one integer type that fits another one, which needs no conversion: the number is known.
+    None for all else."""
+    if type(value) not in (Const, Load, Apply) or isinstance(value.type, Enum):
+        return None
+    if type_ is None or isinstance(type_, Enum):
         return None
     wanted, own = storage(type_), storage(value.type)
     if not all(isinstance(t, Elementary) and t.kind in ("int", "uint") for t in (wanted, own)):

@@ -7,7 +7,7 @@ together anew, so that every engine and the proof know it.
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, BitStep, Const, Expr, IndexStep, Load, Place
+from ldc.expr import Apply, BitStep, Const, Expr, Load, Place, nodes
 from ldc.model import places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
@@ -120,39 +120,24 @@ def _first(node: ast.Member, whole: Elementary, diagnostics: Diagnostics) -> int
 def read(found: Part, span: Span) -> Expr:
     """The value of a part."""
     string = _OF_BITS[numbered(found.place.type).bits]
-    value = converted_if(Load(found.place, span), string, span)
+    value = converted(Load(found.place, span), string, span)
     if found.first:
         value = Apply("SHR", (value, Const(found.first, INT)), string, span)
-    return converted_if(value, found.type, span)
+    return converted(value, found.type, span)
 
 
 def assigned(found: Part, value: Expr, span: Span) -> Expr:
     """The whole with ``value`` in the place of the part. The value is computed first, then the whole read."""
     own = numbered(found.place.type)
     string = _OF_BITS[own.bits]
-    moved = converted_if(value, string, span)
+    moved = converted(value, string, span)
     if found.first:
         moved = Apply("SHL", (moved, Const(found.first, INT)), string, span)
     kept = string.range[1] ^ found.type.range[1] << found.first
-    rest = Apply("AND", (converted_if(Load(found.place, span), string, span), Const(kept, string)), string, span)
-    return converted_if(Apply("OR", (moved, rest), string, span), own, span)
-
-
-def converted_if(value: Expr, target: Elementary, span: Span) -> Expr:
-    """The value as one of ``target``, by a function where it is another type."""
-    source = storage(value.type)
-    return value if source is target else converted(value, source, target, span)
+    rest = Apply("AND", (converted(Load(found.place, span), string, span), Const(kept, string)), string, span)
+    return converted(Apply("OR", (moved, rest), string, span), own, span)
 
 
 def calls_in_index(place: Place) -> bool:
     """Whether an index on the way to the place calls something, which then would be called twice."""
-    todo: list[Expr] = [i for s in place.steps if isinstance(s, IndexStep) for i in s.indexes]
-    while todo:
-        node = todo.pop()
-        if type(node) is Load:
-            todo += [i for s in node.place.steps if isinstance(s, IndexStep) for i in s.indexes]
-        elif type(node) is Apply:
-            if node.user:
-                return True
-            todo += node.args
-    return False
+    return any(type(node) is Apply and node.user for index in place.indexes() for node in nodes(index))

@@ -12,7 +12,7 @@ from ldc.model import statement_findings as findings
 from ldc.model import type_findings
 from ldc.model.elements import Block
 from ldc.model.environment import Environment
-from ldc.model.initial import known_integer
+from ldc.model.initial import computed
 from ldc.model.ladder import not_a_condition
 from ldc.model.values import Untyped, coerce, converted, settle, unsigned
 from ldc.parser import ast
@@ -188,7 +188,7 @@ class _Typing:
         if selector is not None and isinstance(selector.type, Enum):
             known = {number for _, number in selector.type.values}
             if not known.issuperset(number for low, high, _ in taken for number in (low, high)):
-                selector = converted(selector, selector.type, DINT, selector.span)  # labels that no value has
+                selector = converted(selector, DINT)  # labels that no value has
         otherwise = self.list(node.otherwise.body) if node.otherwise else ()
         return actions.Case(selector, tuple(choices), otherwise, node.span) if selector is not None else None
 
@@ -219,19 +219,13 @@ class _Typing:
         return tuple(made)
 
     def _label(self, node: ast.Expr, type_: Type) -> int | None:
-        value = expressions.value(self.env, node, type_, self.diagnostics)
-        known = known_integer(self.env, value, type_) if value is not None else None
-        if value is None or known is not None:
-            return known
-        found = coerce(value, type_, self.diagnostics, node.span, "this label")
-        if found is None:
-            return None
-        number = expressions.constant(self.env, found)
-        if number is None:
-            findings.bad_label(self.diagnostics, node.span, "a label of CASE is constant",
-                               "known only when the program runs",
-                               "write a number, a constant or the name of a value")
-        return number
+        found = computed(self.env, node, type_, self.diagnostics, "this label")
+        if found is None or type(found) is Const:
+            return None if found is None else found.value
+        findings.bad_label(self.diagnostics, node.span, "a label of CASE is constant",
+                           "known only when the program runs",
+                           "write a number, a constant or the name of a value")
+        return None
 
     def _overlaps(self, taken: list) -> None:
         taken = sorted(taken, key=lambda entry: (entry[0], entry[2].start))

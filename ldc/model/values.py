@@ -213,7 +213,7 @@ def coerce(
             return None
         return value
     if storable(got, wanted):
-        return converted(value, storage(got), storage(wanted), span)
+        return converted(value, storage(wanted), span)
     counted = as_number(value, wanted)
     if counted is not None:
         findings.counted(diagnostics, span, got, wanted)
@@ -247,14 +247,13 @@ def as_number(value: Expr, wanted: Type) -> Expr | None:
         if target.kind not in ("int", "uint") or target is not here and not functions.widens(here, target):
             return None
         made = type(value) is Apply and value.op == functions.conversion(here, source)  # of such a number
-        number = value.args[0] if made else converted(value, source, here, value.span)
-        return number if target is here else converted(number, here, target, value.span)
+        number = value.args[0] if made else converted(value, here)
+        return converted(number, target, value.span)
     if not isinstance(source, Elementary) or source.kind != "uint":
         return None
     if source is not there and not functions.widens(source, there):
         return None
-    number = value if source is there else converted(value, source, there, value.span)
-    return converted(number, there, target, value.span)
+    return converted(converted(value, there), target, value.span)
 
 
 def counting(type_: Enum) -> Elementary:
@@ -276,8 +275,7 @@ def enumerated(value: Expr, wanted: Type) -> Expr | None:
         base = storage(source)
         if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
             return None
-        return value if base is DINT else converted(value, base, DINT, value.span) if functions.widens(
-            base, DINT) else as_number(value, DINT)
+        return converted(value, DINT) if base is DINT or functions.widens(base, DINT) else as_number(value, DINT)
     if not isinstance(target, Elementary) or target.kind not in ("int", "uint", "bits"):
         return None
     least, greatest = (wanted.low, wanted.high) if isinstance(wanted, Subrange) else target.range
@@ -285,14 +283,13 @@ def enumerated(value: Expr, wanted: Type) -> Expr | None:
     if not all(least <= number <= greatest for number in numbers):
         return None
     through = unsigned(target) or target
-    number = converted(value, source, through, value.span)
-    return number if through is target else converted(number, through, target, value.span)
+    return converted(converted(value, through), target, value.span)
 
 
 def as_index(value: Expr) -> Expr | None:
     """A value of an enumeration or a bit string as the number that counts elements; None of others."""
     if isinstance(value.type, Enum):
-        return converted(value, value.type, counting(value.type), value.span)
+        return converted(value, counting(value.type))
     own = unsigned(value.type)
     return None if own is None else as_number(value, own)
 
@@ -304,9 +301,13 @@ def const_fits(value: Scalar, type_: Type) -> bool:
     return not isinstance(type_, String) or len(value) <= type_.length
 
 
-def converted(value: Expr, source: Elementary, target: Elementary, span: Span) -> Expr:
-    """The conversion as a function; of a constant, its result."""
-    name = functions.conversion(source, target)
+def converted(value: Expr, target: Elementary, span: Span | None = None) -> Expr:
+    """The value as one of ``target``: by a function where it is another type, which of a constant is computed
+    here. An enumeration converts by its name, a subrange counts as its base."""
+    source = value.type if isinstance(value.type, Enum) else storage(value.type)
+    if source == target:
+        return value
+    name, span = functions.conversion(source, target), span or value.span
     if isinstance(value, Const):
-        return Const(functions.meaning(name, (source,), target)(value.value), target, value.span)
+        return Const(functions.meaning(name, (source,), target)(value.value), target, span)
     return Apply(name, (value,), target, span)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ldc.expr import Apply, Expr, IndexStep, Load, Place
+from ldc.expr import Apply, Expr, Load, Place
 from ldc.il.block import Block, Spot
 from ldc.il.layout import measure
 from ldc.il.statements import Assign, CallFunction, Goto, Label, Latch, Statement
@@ -78,17 +78,12 @@ def reads(statement: Statement) -> set[str]:
     found: set[str] = set()
     for place in (getattr(statement, "target", None), getattr(statement, "instance", None)):
         if isinstance(place, Place):
-            expressions += indexes(place)
+            expressions += place.indexes()
     while expressions:
         expr = expressions.pop()
         if isinstance(expr, Apply):
             expressions += expr.args
         elif isinstance(expr, Load):
             found.add(expr.place.root.upper())
-            expressions += indexes(expr.place)
+            expressions += expr.place.indexes()
     return found
-
-
-def indexes(place: Place) -> list[Expr]:
-    """The indexes on the way into a place."""
-    return [i for step in place.steps if isinstance(step, IndexStep) for i in step.indexes]
