@@ -20,8 +20,11 @@ from plcopen_xml import (
 )
 from test_plcopen import built, compiled, run, said
 
+from ldc.diagnostics import Diagnostics
+from ldc.parser.plcopen import read
 from ldc.parser.unparse import rung_text
 from ldc.pipeline import compile_paths
+from ldc.source import SourceFile
 
 BOOLS = "a b c d q w z : BOOL"
 VALUES = f"{BOOLS}; i j k : INT; x y : REAL; t : TON; n : CTU; m : CTD; f : SR; g : RS; u : WORD"
@@ -267,3 +270,26 @@ def test_a_project_in_a_list_of_projects() -> None:
     listed = f'{head}<projects version="2.0"><fileHeader/><project{rest}</projects>'
     assert run(listed, [{"a": 1}, {"a": 0}], "q") == ["1", "0"]
     assert codes('<projects version="2.0"><fileHeader/></projects>') == ["LD0143"]
+
+
+# ---- attributes of an editor's own
+
+
+def test_an_unknown_attribute_is_told_once_for_a_kind_of_element_and_listed_by_import() -> None:
+    xml = ladder(BOOLS, rail(), contact(2, "a", colour="red"), contact(3, "b", 2, colour="blue"),
+                 coil(4, "q", 3, colour="", delay="T#1s"))
+    found = [d for d in compiled(xml).diagnostics if d.code == "LD0172"]
+    assert [d.message.partition(" is ")[0] for d in found] == [
+        "the attribute `colour` of <contact>", "the attribute `delay` of <coil>"]
+    assert "and in 1 more" in found[0].primary.text
+    assert all(d.primary.span.text in ("colour", "delay") for d in found)
+    remarks = read(SourceFile("plc.xml", xml), Diagnostics()).remarks
+    assert [remark.what for remark in remarks] == ["attribute colour of <contact>", "attribute delay of <coil>"]
+
+
+def test_attributes_in_additional_data_in_texts_and_of_namespaces_are_not_told() -> None:
+    more = ('<addData><data name="own"><thing kind="x"><addData odd="1"/></thing></data></addData>'
+            '<documentation><p class="wide">a = "b"</p></documentation>')
+    xml = project(pou(f"<ST><p style='x'>q := a; (* mode=\"x\" *)</p></ST>{more}", BOOLS))
+    xml = xml.replace("<project ", '<project xmlns:s="http://s" s:schemaLocation="" ', 1)
+    assert "LD0172" not in codes(xml)

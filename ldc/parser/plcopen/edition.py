@@ -22,6 +22,11 @@ _SECTIONS = {
 }
 _OF_POUS = frozenset((*_SECTIONS, "Parameters", "ResultType", "MainBody", "Action", "Documentation",
                       "AddData", "UsingDirective"))
+ATTRIBUTES = frozenset("""
+    abstract accessSpecifier associatedTaskName compareOperator dimensionNumber evaluationOrder final
+    identifier latch location non_retain operand operand1 operand2 orderWithinParamSet parameterName
+    refConnectionPointOutId resourceTypeName schemaVersion size suppressName targetNetworkLabel""".split())
+"""Those of its elements that TC6 does not have."""
 _QUALIFIERS = {"constant": "constant", "retain": "retain", "non_retain": "nonretain"}
 
 

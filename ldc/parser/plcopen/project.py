@@ -11,6 +11,7 @@ from ldc.parser.foreign import Reading
 from ldc.parser.plcopen import (
     additional,
     addresses,
+    attributes,
     bodies,
     configuration,
     edition,
@@ -53,8 +54,9 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         root = Document(plain, diagnostics).root
     if root is not None and root.tag == "projects":  # one project in a list, as one editor writes it
         root = next(root.all("project"), root)
+    own: frozenset[str] = frozenset()
     if root is not None and edition.is_project(root):
-        root = edition.project(root, diagnostics)
+        root, own = edition.project(root, diagnostics), edition.ATTRIBUTES
     if root is not None and root.tag not in ("project", "pou"):
         findings.no_project(diagnostics, root.span, root.tag)
         root = None
@@ -64,6 +66,7 @@ def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
         findings.too_large(diagnostics, root.span, MAX_STATEMENTS, "statements")
         return ast.File(source, (), (), (), (), (), True)
     others.tell(root, reading)
+    attributes.tell(root.document, reading, own)
     types = (interface.type_decl(node, diagnostics) for node in root.descendants("dataType"))
     configurations, loose = _instances(root, diagnostics)
     shared = [*loose, *(block for c in configurations for holder in (c, *c.resources)
