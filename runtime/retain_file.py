@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import secrets
 import struct
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
+from ldc import unfinished
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 
 MAGIC, VERSION = b"LDCR", 1
@@ -102,19 +102,15 @@ class Store:
     def save(self, kept: Kept) -> None:
         """On the disk when it returns. Raises OSError; the saves before are as they were then."""
         folder = self.path.parent
-        temporary = folder / f".{self.path.name[:40]}.{secrets.token_hex(8)}"
-        try:
-            with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-                file.write(encode(kept))
-                file.flush()
-                os.fsync(file.fileno())
+        with unfinished.file_in(folder, 0o600) as file:
+            file.write(encode(kept))
+            file.flush()
+            os.fsync(file.fileno())
             if not self.spoiled:
                 os.replace(self.path, self.before)
                 self.spoiled = True  # there is none of that name until the next line
-            os.replace(temporary, self.path)
+            unfinished.named(file, self.path)
             self.spoiled = False
-        finally:
-            temporary.unlink(missing_ok=True)
         opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
             os.fsync(opened)

@@ -598,7 +598,7 @@ def test_a_real_interrupt_leaves_no_trace_file_behind(tmp_path: Path) -> None:
     (tmp_path / "main.ld").write_text(MOTOR)
     running = process("run", "main.ld", "--scans", "100000000", "--trace", "out.csv", cwd=tmp_path)
     deadline = time.monotonic() + 30
-    while not list(tmp_path.glob(".out.csv.*")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob(".ldc-*")) and time.monotonic() < deadline:
         time.sleep(0.02)
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=30)

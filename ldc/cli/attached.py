@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -82,15 +82,24 @@ def attached(options: argparse.Namespace, sources: Sources, result: pipeline.Com
     forces are still there. ``names``: what is watched; ``beside``: scans have their time, and do not wait for
     the disk; it is called by the thread that does.
 
-    Raises UsageError, Invalid (LD0850 to LD0860) and Failure for what cannot be.
+    Raises UsageError, Invalid (LD0850 to LD0860, LD0865) and Failure for what cannot be.
     """
     check(options)
     path = _file_of(options, sources)
-    retaining = None
-    if path:
-        from ldc.cli.retention import begun  # most runs keep nothing
+    with ExitStack() as stack:
+        retaining = None
+        if path:
+            from ldc.cli.retention import begun, used  # most runs keep nothing
 
-        retaining = begun(options, sources, result, machine, path, beside)
+            stack.enter_context(used(path))
+            retaining = begun(options, sources, result, machine, path, beside)
+        with _beside(options, machine, names, path, retaining) as made:
+            yield made
+
+
+@contextmanager
+def _beside(options: argparse.Namespace, machine: Machine, names: Sequence[str], path: Path | None,
+            retaining: Retaining | None) -> Iterator[Attached]:
     try:
         force(machine, options.force)
         ring = Ring(machine, names, options.trigger, _or(options.before, BEFORE), _or(options.after, AFTER)) \

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-import secrets
-import shutil
 from pathlib import Path
 
-from ldc import pipeline
+from ldc import pipeline, unfinished
 from ldc.cli import imported
 from ldc.cli.compiling import locator
 from ldc.cli.console import OK, WRONG, Failure, InternalFault, UsageError, report, say
@@ -61,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _must_be_free(folder: Path, shown: str) -> None:
     try:
+        unfinished.sweep(folder)  # of an import that was killed
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise UsageError(f"`{shown}` is there and not an empty folder; nothing was written")
     except OSError as error:
@@ -82,21 +81,16 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
     """All files, or none: they come to the folder's place when all are there. An empty folder that is there stays
     the one it is: somebody may be in it."""
     there = folder.is_dir()
-    temporary = (folder if there else folder.parent) / f".{folder.name[:40]}.{secrets.token_hex(8)}"
     try:
-        try:
+        with unfinished.folder_in(folder if there else folder.parent) as temporary:
             for path, text in texts.items():
                 (temporary / path).parent.mkdir(parents=True, exist_ok=True)
                 (temporary / path).write_text(text, encoding="utf-8")
             if there:
                 for entry in temporary.iterdir():
                     os.replace(entry, folder / entry.name)
-                temporary.rmdir()
             else:
                 os.replace(temporary, folder)
-        except BaseException:
-            shutil.rmtree(temporary, ignore_errors=True)
-            raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise Failure(f"cannot write `{folder}`: {reason}") from error

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from ldc import unfinished
 from ldc.cli.console import Failure, reason
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.manifest import Sources
@@ -80,14 +81,11 @@ def owner_of(sources: Sequence[str]) -> str:
 def _keep_secret(path: Path) -> None:
     """Makes the file, whole or not at all; of several clients that do it at once the first one's counts.
     Raises OSError."""
-    temporary = path.with_name(f".client.{secrets.token_hex(8)}")
-    try:
-        with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-            file.write(secrets.token_hex(32))
+    with unfinished.file_in(path.parent, 0o600) as file:
+        file.write(secrets.token_hex(32).encode("ascii"))
+        file.flush()
         with suppress(FileExistsError):
-            os.link(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+            os.link(file.name, path)
 
 
 def ask(path: Path, request: Request) -> Answer:

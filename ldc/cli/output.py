@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from ldc import unfinished
 from ldc.cli.console import Failure, UsageError, is_terminal
 
 
@@ -66,17 +67,11 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             with open(path, "wb") as file:
                 yield file
             return
-        # The name is known before the file exists: an interrupt at any moment leaves nothing behind.
-        temporary = path.parent / f".{path.name[:40]}.{os.urandom(8).hex()}"
-        try:
-            with open(temporary, "xb") as file:
-                yield file
+        with unfinished.file_in(path.parent) as file:
+            yield file
             if mode is not None:
-                os.chmod(temporary, stat.S_IMODE(mode))
-            os.replace(temporary, path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+                os.fchmod(file.fileno(), stat.S_IMODE(mode))
+            unfinished.named(file, path)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise Failure(f"cannot write `{path}`: {reason}") from error

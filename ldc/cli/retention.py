@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import errno
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from ldc import pipeline
+from ldc import pipeline, unfinished
 from ldc.cli.console import report, say
 from ldc.cli.link import name_of
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
@@ -30,6 +30,7 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
     """Gives the machine its retained values as `--start` says, and what saves them. ``beside``: scans do not
     wait for the disk. Raises Invalid when the file cannot be used; it is as it was then."""
     store, kept = Store(path), None
+    unfinished.sweep(path.parent)  # of a run that was killed in a save
     found = Diagnostics()
     identity = Identity(name_of(sources), result.image.digest, lambda: result.image.layout.digest)
     if path.is_dir():
@@ -58,6 +59,24 @@ def begun(options: argparse.Namespace, sources: Sources, result: pipeline.Compil
     return Retaining(machine, identity, store, every, beside,
                      lambda error: report([unreachable("write", path, error)]),
                      kept={entry.path: entry for entry in kept.entries} if kept is not None else {})
+
+
+@contextmanager
+def used(path: Path) -> Iterator[None]:
+    """The file belongs to this run until the block ends. Raises Invalid when another one has it."""
+    with ExitStack() as stack:
+        # Where no file can be made there is none to share: what follows tells why.
+        with suppress(OSError):
+            if not stack.enter_context(unfinished.alone(path.parent / f".{path.name}.lock")):
+                raise Invalid([_in_use(path)])
+        yield
+
+
+def _in_use(path: Path) -> Diagnostic:
+    found = Diagnostics()
+    found.error("LD0865", f"another run saves to the retain file `{path}`",
+                help="end that run, or name another file: what one of them saved, the other would replace")
+    return next(iter(found))
 
 
 def _remote(result: pipeline.Compiled) -> tuple[Leaf, ...]:

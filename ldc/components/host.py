@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from ldc import unfinished
 from ldc.components import findings, header, kept, toolchain
 from ldc.components.address_map import AddressMap, global_symbol, nameable, of_symbols
 from ldc.components.descriptor import Component
@@ -242,17 +243,16 @@ def _linked(
     """Runs a compiler; the library is there whole or not at all."""
     try:
         library.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=library.parent, suffix=".so")
+        with unfinished.folder_in(library.parent) as folder:
+            made = folder / library.name
+            status, _, said = toolchain.run([*command, "-o", str(made), *files])
+            toolchain.report(said, sources, where, diagnostics)
+            if status:
+                return False
+            os.replace(made, library)
     except OSError as error:
         findings.cannot_write(diagnostics, str(library.parent), error.strerror or str(error))
         return False
-    os.close(handle)
-    status, _, said = toolchain.run([*command, "-o", temporary, *files])
-    toolchain.report(said, sources, where, diagnostics)
-    if status:
-        Path(temporary).unlink(missing_ok=True)  # a linker that fails takes its output away
-        return False
-    os.replace(temporary, library)
     toolchain.prune(library.parent)
     return True
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
 import msgspec
 
+from ldc import unfinished
 from ldc.records import entity
 
 _FORMAT = "2"
@@ -60,19 +62,11 @@ def cache_folder() -> Path:
 
 def store(path: Path, text: str) -> None:
     """Writes a file of a cache whole or not at all; a cache that cannot be written is no error."""
-    import tempfile  # slow to load, and a cache is seldom written
-
-    try:
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    except OSError:
-        return
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, path)
-    except OSError:
-        Path(temporary).unlink(missing_ok=True)
+        with unfinished.file_in(path.parent, 0o600) as file:
+            file.write(text.encode("utf-8"))
+            unfinished.named(file, path)
 
 
 def _decode(data: dict) -> Tables:

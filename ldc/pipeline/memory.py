@@ -16,6 +16,7 @@ from pathlib import Path
 import msgspec
 
 import ldc
+from ldc import unfinished
 from ldc.il.image import Reader, Writer
 from ldc.parser.unread import Head
 
@@ -72,14 +73,11 @@ class Memory:
         data = _encode([self.writer.types, self._used_heads, self._used_rows])
         if len(data) > _MOST:
             return
-        partial = self.path.with_name(f".{self.path.name}.{os.urandom(6).hex()}")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            try:
-                partial.write_bytes(hashlib.sha256(data).digest() + data)
-                os.replace(partial, self.path)
-            finally:
-                partial.unlink(missing_ok=True)
+            with unfinished.file_in(self.path.parent) as file:
+                file.write(hashlib.sha256(data).digest() + data)
+                unfinished.named(file, self.path)
             _prune(self.path.parent)
         except OSError:
             return

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import gc
-import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+from ldc import unfinished
 from ldc.diagnostics import Invalid
 from ldc.il import block
 from ldc.il import image as il_image
@@ -128,7 +128,7 @@ def _binding(part: Part, program: Program, folder: Path, files: ExitStack) -> Bi
 def _placed(library: bytes, folder: Path, files: ExitStack) -> Path:
     """A file with these bytes until all is loaded: what is mapped needs its name no more. A new file for
     every load, since a loader that knows a file gives the code, and the variables, that it has of it."""
-    path = folder / f"staged-{secrets.token_hex(12)}.so"
-    files.callback(path.unlink, missing_ok=True)
-    path.write_bytes(library)
-    return path
+    file = files.enter_context(unfinished.file_in(folder, 0o600))
+    file.write(library)
+    file.flush()
+    return Path(file.name)

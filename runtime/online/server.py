@@ -6,6 +6,7 @@ thread that runs them (``serve``).
 
 from __future__ import annotations
 
+import fcntl
 import os
 import queue
 import socket
@@ -14,10 +15,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
+from ldc import unfinished
 from ldc.diagnostics import Invalid
 from ldc.il.coordination_image import pack
 from runtime.online import findings, wire
@@ -59,6 +61,7 @@ class Server:
         self._ended = threading.Event()
         self.values = Values(self._log)
         self._socket = _bound(path)
+        self._made = path.lstat().st_ino
         controller.note = self._note
         self._thread = threading.Thread(target=self._accept, name="online", daemon=True)
         self._thread.start()
@@ -69,10 +72,16 @@ class Server:
         self._ended.set()
         self._thread.join()
         self._socket.close()
-        self.path.unlink(missing_ok=True)
+        self._unlink()
         while not self._jobs.empty():
             self._jobs.get()[0].cancel()
         self._audit.line("ended", program=self.controller.running.digest, scan=self.controller.machine.scans)
+
+    def _unlink(self) -> None:
+        """The name goes, unless somebody took it away and another runtime has it by now."""
+        with suppress(OSError), _by_turns(self.path.parent):
+            if self.path.lstat().st_ino == self._made:
+                self.path.unlink()
 
     # ---- of the thread that runs scans -----------------------------------------------------------
 
@@ -255,23 +264,40 @@ def _closed_unless_taken(new: Loaded) -> Iterator[None]:
 def _bound(path: Path) -> socket.socket:
     """A listening socket that only this user can reach. One that a dead runtime left is replaced."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    unfinished.sweep(path.parent)  # of a runtime that was killed in a load
     made = socket.socket(socket.AF_UNIX)
-    if path.exists():
-        with socket.socket(socket.AF_UNIX) as probe:
-            try:
-                probe.connect(str(path))
-            except ConnectionRefusedError:
-                path.unlink()
-            else:
-                made.close()
-                raise Busy(str(path))
-    before = os.umask(0o177)
     try:
-        made.bind(str(path))
-    finally:
-        os.umask(before)
-    made.listen(_CLIENTS)
+        with _by_turns(path.parent):
+            if path.exists():
+                with socket.socket(socket.AF_UNIX) as probe:
+                    try:
+                        probe.connect(str(path))
+                    except ConnectionRefusedError:
+                        path.unlink()
+                    else:
+                        raise Busy(str(path))
+            before = os.umask(0o177)
+            try:
+                made.bind(str(path))
+            finally:
+                os.umask(before)
+            made.listen(_CLIENTS)
+    except BaseException:
+        made.close()
+        raise
     return made
+
+
+@contextmanager
+def _by_turns(folder: Path) -> Iterator[None]:
+    """Of two runtimes that start at once, none takes the socket away that the other has just made."""
+    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(opened)
 
 
 def _same_user(connection: socket.socket) -> bool:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import secrets
 import subprocess
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from ldc import unfinished
 from ldc.backends.c.emit import HEADER, BuildPlan, File
 from ldc.components import toolchain
 from ldc.components.toolchain import Tool
@@ -81,12 +81,10 @@ def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache
     if not missing and target.exists():
         return Artifact(target, plan, ())
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = _partial(target)
-    try:
+    with unfinished.folder_in(target.parent) as made:
+        partial = made / target.name
         run([compiler.path, *_sanitizers(plan), "-shared", "-o", str(partial), *map(str, objects), "-lm"])
         os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
     toolchain.prune(cache)
     return Artifact(target, plan, missing)
 
@@ -116,12 +114,10 @@ def _name(digest: str, compiler: Compiler) -> str:
 
 
 def _compile(compiler: Compiler, flags: Sequence[str], file: File, headers: Path, target: Path) -> None:
-    partial = _partial(target)
-    try:
+    with unfinished.folder_in(target.parent) as folder:
+        partial = folder / target.name
         run([compiler.path, *flags, "-I", str(headers), "-x", "c", "-c", "-o", str(partial), "-"], file.text)
         os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def run(command: Sequence[str], text: str = "") -> str:
@@ -151,10 +147,6 @@ def placed(data: bytes, path: Path) -> None:
     if path.exists():
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = _partial(path)
-    partial.write_bytes(data)
-    os.replace(partial, path)
-
-
-def _partial(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{secrets.token_hex(6)}")
+    with unfinished.file_in(path.parent) as file:
+        file.write(data)
+        unfinished.named(file, path)
