@@ -12,7 +12,7 @@ from ldc.parser.plcopen import additional, boxes, findings
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
-from ldc.parser.plcopen.turns import in_loops
+from ldc.parser.plcopen.turns import any_loop, in_loops
 from ldc.patterns import Pattern
 from ldc.records import entity
 from ldc.source import Span
@@ -250,13 +250,18 @@ class Drawing:
         """Elements without numbers that are on a loop change their turns (`turns.in_loops`). What comes back
         from a function block to one that has its turn before it is the output of the scan before."""
         elements = self.elements
-        if not any(id_ and elements[id_].order >= e.order and elements[id_].kind not in VALUES
-                   for e in elements.values() for pin in e.inputs for id_, _ in pin.sources):
+        back = [id_ for e in elements.values() for pin in e.inputs for id_, _ in pin.sources  # some of every loop
+                if id_ and elements[id_].position[1] >= e.position[1] and elements[id_].kind not in VALUES]
+        if not back:
             return
         free = {e.id: e for e in elements.values() if e.order[0] == 1 and e.kind not in VALUES}
-        sources = {e.id: [id_ for pin in e.inputs for id_ in _as_wired(pin) if id_ in free]
-                   for e in free.values()}
-        turns, loops = in_loops({e.id: e.kind for e in free.values()}, sources)
+
+        def sources(id_: str) -> list[str]:
+            return [id_ for pin in free[id_].inputs for id_ in _as_wired(pin) if id_ in free]
+
+        if not any_loop((id_ for id_ in back if id_ in free), sources):
+            return
+        turns, loops = in_loops({e.id: e.kind for e in free.values()}, {id_: sources(id_) for id_ in free})
         for id_, order in zip(turns, [e.order for e in free.values()]):
             free[id_].order = order
         for loop in loops:

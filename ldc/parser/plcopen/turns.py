@@ -6,7 +6,7 @@ of a loop begins is found by going back from what is written, as the generator o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
 
@@ -38,12 +38,18 @@ WRITES = ("coil", "outVariable", "inOutVariable")
 """What ways back begin at."""
 
 
+def any_loop(starts: Iterable[str], sources: Callable[[str], Sequence[str]]) -> bool:
+    """Whether something feeds itself, found by going back from ``starts``: at least one element of each loop."""
+    return _backwards(starts, sources)[1]
+
+
 def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
              ) -> tuple[list[str], list[set[str]]]:
     """The elements, given in the order of their places, in that of their turns, and the loops: what is on one
     changes places among each other. What a way back comes to first is the last of its loop."""
     turns = list(kinds)
-    back, meets_itself = _backwards(kinds, sources)
+    starts = sorted(kinds, key=lambda id_: (kinds[id_] not in WRITES, kinds[id_] != "block"))
+    back, meets_itself = _backwards(starts, lambda id_: sources.get(id_, ()))
     if not meets_itself:
         return turns, []
     import networkx as nx  # few files need it
@@ -63,17 +69,17 @@ def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
     return turns, loops
 
 
-def _backwards(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -> tuple[list[str], bool]:
-    """All elements, each behind its sources, but for those from which the way came; and whether there are
-    such."""
+def _backwards(starts: Iterable[str], sources: Callable[[str], Sequence[str]]) -> tuple[list[str], bool]:
+    """What ways back come to, each element behind its sources, but for those from which the way came; and
+    whether there are such."""
     done: list[str] = []
     begun: set[str] = set()
     on_way: set[str] = set()
     meets_itself = False
-    for start in sorted(kinds, key=lambda id_: (kinds[id_] not in WRITES, kinds[id_] != "block")):
+    for start in starts:
         if start in begun:
             continue
-        way = [(start, iter(sources.get(start, ())))]
+        way = [(start, iter(sources(start)))]
         begun.add(start)
         on_way.add(start)
         while way:
@@ -86,7 +92,7 @@ def _backwards(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]) -
             elif following not in begun:
                 begun.add(following)
                 on_way.add(following)
-                way.append((following, iter(sources.get(following, ()))))
+                way.append((following, iter(sources(following))))
             else:
                 meets_itself |= following in on_way
     return done, meets_itself
