@@ -193,8 +193,8 @@ def test_an_emergency_stop_ends_every_axis_within_a_scan_and_is_acknowledged(run
 
 
 def test_an_obstacle_in_the_mould_is_told_by_mould_protection(run) -> None:
-    block = ("        for axis in self.axes:\n", "        if self.axes[0].position < 10.0:\n"
-             "            self.axes[0].position = 10.0\n        for axis in self.axes:\n")
+    block = ("        for go_on in self.doing:\n", "        if self.axes[0].position < 10.0:\n"
+             "            self.axes[0].position = 10.0\n        for go_on in self.doing:\n")
     seen = run(400, "low_pressure,clamp.blocked,red,control.automatic,high_pressure",
                edit={"plant.py": [block]})
     began, told = seen.times("low_pressure")[-1], seen.times("clamp.blocked")[0]

@@ -149,36 +149,45 @@ def _time(pou: Pou) -> list[Instr]:
 
 
 def _check(component: Component, pou: Pou, with_local: bool = True) -> list[Instr]:
+    """One condition for what is right of an input; which code it gets is asked when it is not."""
     error = _place(pou, ERROR)
-    code = [Instr("LD", Const(0, UINT), UINT), Instr("ST", error, UINT)]
+    code = [*_tell(0, error)]
     for pin in (*component.inputs, *component.parameters):
-        if pin.local and not with_local:
+        place, good = _place(pou, pin.name), f"good_{len(code)}"
+        right = [] if pin.local and not with_local else list(_right(pin, place))
+        if not right:
             continue
-        place = _place(pou, pin.name)
-        for test, number in _tests(pin, place):
-            label = f"good_{len(code)}"
-            code += [
-                Instr("LD", place, place.type),
-                test,
-                Instr("JMPCN", name=label),
-                Instr("LD", Const(number, UINT), UINT),
-                Instr("ST", error, UINT),
-                Instr("LABEL", name=label),
-            ]
+        code += [Instr("LD", place, place.type), right[0]]
+        for test in right[1:]:
+            code += [Instr("AND(", place), test, Instr(")")]
+        code.append(Instr("JMPC", name=good))
+        bounded, real = right[0].op != "EQ", storage(place.type).kind == "real"
+        if bounded:
+            code += _tell(OUT_OF_RANGE, error)
+        if bounded and real:
+            code += [Instr("LD", place, place.type), Instr("NE", place, place.type),
+                     Instr("JMPCN", name=good)]
+        if real:
+            code += _tell(NOT_A_NUMBER, error)
+        code.append(Instr("LABEL", name=good))
     return [*code, Instr("LD", error, UINT), Instr("EQ", Const(0, UINT), UINT), Instr("JMPCN", name=_END)]
 
 
-def _tests(pin: Pin, place: Place) -> Iterator[tuple[Instr, int]]:
-    """Comparisons that are TRUE for a wrong value, each with its code."""
+def _tell(number: int, error: Place) -> tuple[Instr, Instr]:
+    return Instr("LD", Const(number, UINT), UINT), Instr("ST", error, UINT)
+
+
+def _right(pin: Pin, place: Place) -> Iterator[Instr]:
+    """Comparisons that are TRUE for a value as it should be; none is for what is no number."""
     type_ = storage(place.type)
     if not isinstance(type_, Elementary) or type_.kind not in ("int", "uint", "real"):
         return
     if pin.low is not None:
-        yield Instr("LT", _bound(pin.low, type_, math.ceil), type_), OUT_OF_RANGE
+        yield Instr("GE", _bound(pin.low, type_, math.ceil), type_)
     if pin.high is not None:
-        yield Instr("GT", _bound(pin.high, type_, math.floor), type_), OUT_OF_RANGE
-    if type_.kind == "real":
-        yield Instr("NE", place, type_), NOT_A_NUMBER
+        yield Instr("LE", _bound(pin.high, type_, math.floor), type_)
+    if type_.kind == "real" and pin.low is pin.high is None:
+        yield Instr("EQ", place, type_)
 
 
 def _bound(value: int | float, type_: Elementary, inwards: Callable[[float], int]) -> Const:

@@ -48,6 +48,14 @@ class Drive:
         self.lag = settings["lag_s"]
         self.delay_ns, self.delay_sd_ns = settings["delay_s"] * 1e9, settings["delay_sd_s"] * 1e9
         self.reference = 0.0
+        self.lasts(0)
+
+    def lasts(self, ns: float) -> None:
+        """What remains after so long of a difference in velocity, and what is gone; most steps last as long
+        as the one before."""
+        self.ns, self.seconds = ns, ns * 1e-9
+        self.decay = exp(-self.seconds / self.lag)
+        self.gone = 1.0 - self.decay
 
 
 class Axis:
@@ -89,13 +97,15 @@ class Axis:
 
     def glide(self, ns: float) -> None:
         """Moves with the velocity that has reached the axis."""
-        lag, seconds, reached = self.drive.lag, ns * 1e-9, self.reached
-        decay, excess = exp(-seconds / lag), self.velocity - reached
-        self.position += reached * seconds + excess * lag * (1.0 - decay)
-        self.velocity = reached + excess * decay
+        drive, reached = self.drive, self.reached
+        if ns != drive.ns:
+            drive.lasts(ns)
+        excess = self.velocity - reached
+        self.position += reached * drive.seconds + excess * drive.lag * drive.gone
+        self.velocity = reached + excess * drive.decay
 
-    def step(self, since_ns: int, now_ns: int) -> None:
-        """Moves on; not called while it stands still."""
+    def step(self, since_ns: int, now_ns: int) -> bool:
+        """Moves on; whether it goes on moving."""
         coming = self.coming
         while coming and coming[0][0] < now_ns:
             when, velocity = coming.popleft()
@@ -108,6 +118,7 @@ class Axis:
             self.velocity, self.still = 0.0, True
             self.rest(now_ns)
         self.measure()
+        return not self.still
 
 
 class Hold:
@@ -115,27 +126,29 @@ class Hold:
 
     def __init__(self, screw: Axis, settings: dict, random: Noise) -> None:
         self.screw, self.settings, self.random = screw, settings, random
-        self.packed, self.lag = 0.0, 0.0
+        self.packed, self.lag, self.pressure = 0.0, 0.0, 0.0
         self.holds = False
 
-    def begin(self, pressure: float) -> None:
+    def begin(self) -> None:
         """Draws this shot: how far it can be packed, and how fast."""
         s, gauss = self.settings, self.random.gauss
-        way = s["mm_per_bar"] * pressure * gauss(1.0, s["pressure_sd"])
+        way = s["mm_per_bar"] * self.pressure * gauss(1.0, s["pressure_sd"])
         self.packed = s["full_at_mm"] - way + gauss(0.0, s["shot_sd_mm"])
         self.lag = s["lag_s"] * gauss(1.0, s["lag_sd"])
         self.holds = True
 
-    def step(self, now_ns: int, seconds: float, pressure: float) -> None:
-        """Packs while there is pressure; not called when there was none and is none."""
-        if pressure > 0.0 and self.screw.still:
+    def step(self, since_ns: int, now_ns: int) -> bool:
+        """Packs while there is pressure; whether there is."""
+        if self.pressure > 0.0 and self.screw.still:
             if not self.holds:
-                self.begin(pressure)
+                self.begin()
+            seconds = (now_ns - since_ns) * 1e-9
             self.screw.position += (self.packed - self.screw.position) * (1.0 - exp(-seconds / self.lag))
             self.screw.measure()
-        elif self.holds and pressure == 0.0:
+        elif self.holds and self.pressure == 0.0:
             self.holds = False
             self.screw.journal.append((now_ns, "screw", "hold", self.screw.position))
+        return self.pressure != 0.0
 
 
 class Wired:
@@ -149,7 +162,8 @@ class Wired:
 class Plant:
     """Clamp, screw and ejector. The screw has three drives: injection, charge (metering) and suck-back.
 
-    Cheap where nothing happens: an axis that stands, no pressure and a settled force cost a comparison each.
+    ``doing``: what goes on, in its order: axes that move, packing, the clamping force. What rests costs
+    nothing.
     """
 
     def __init__(self, field, parameters: dict, seed: int) -> None:
@@ -164,15 +178,16 @@ class Plant:
         self.ejector = axis("ejector", ejector["sensor"])
         self.axes = clamp, screw, self.ejector
         self.wired: list[Wired] = []  # the first with the valves of the master
-        self.pressure, self.full = 0.0, 0.0
+        self.locks, self.full = False, 0.0
         self.unwired = [(clamp, "clamp", regime["clamp"]), (screw, "inject", regime["inject"]),
                         (screw, "charge", regime["charge"]), (screw, "suck_back", regime["inject"]),
                         (self.ejector, "ejector", ejector)]
         self.gain_sd = regime["gain_sd"]
-        self.connect(field)
         self.hold, self.show_force = Hold(screw, parameters["hold"], self.random), field.writer("%ID4")
         self.show_eye, self.eye_at, self.eye = field.writer("%IX1.0"), ejector["eye_mm"], False
         self.force, self.full_force, self.force_lag = 0.0, force["full_kn"], force["lag_s"]
+        self.doing: list[Callable[[int, int], bool]] = []
+        self.connect(field)
 
     def connect(self, field) -> None:
         """Wires the axes of the modules that are in the program; again when an online change brings more."""
@@ -195,13 +210,41 @@ class Plant:
 
     def notice(self, wired: Wired, values: tuple, since_ns: int) -> None:
         """Something of what the controller gives has changed."""
-        wired.seen = values
+        begins, wired.seen = False, values
         for (drive, axis), reference in zip(wired.drives, values):
             if reference != drive.reference:
+                begins = begins or axis.still
                 axis.command(drive, reference, since_ns)
-        if wired is self.wired[0]:
-            locks, self.pressure = values[-2:]
-            self.full = self.full_force if locks else 0.0
+        if wired is self.wired[0] and (self.locks, self.hold.pressure) != values[-2:]:
+            self.locks, self.hold.pressure = values[-2:]
+            self.full, begins = self.full_force if self.locks else 0.0, True
+        if begins:
+            self.arrange()
+
+    def arrange(self) -> None:
+        """Something begins or has come to rest."""
+        self.doing = [axis.step for axis in self.axes if not axis.still]
+        if not self.ejector.still:
+            self.doing.append(self.look)
+        if self.hold.pressure or self.hold.holds:
+            self.doing.append(self.hold.step)
+        if self.full != self.force:
+            self.doing.append(self.press)
+
+    def look(self, since_ns: int, now_ns: int) -> bool:
+        """The eye that a part falls through, while the ejector moves."""
+        if self.eye is not (self.ejector.position > self.eye_at):
+            self.eye = not self.eye
+            self.show_eye(self.eye)
+        return True
+
+    def press(self, since_ns: int, now_ns: int) -> bool:
+        """The clamping force follows its valve; whether it has still to."""
+        missing = self.full - self.force
+        share = 1.0 - exp(-(now_ns - since_ns) * 1e-9 / self.force_lag)
+        self.force += missing * share if abs(missing) > 0.1 else missing
+        self.show_force(self.force)
+        return self.force != self.full
 
     def step(self, now_ns: int, dt_ns: int) -> None:
         """From ``now_ns - dt_ns`` to ``now_ns``; references were given at its beginning."""
@@ -210,16 +253,6 @@ class Plant:
             values = wired.read()
             if values != wired.seen:
                 self.notice(wired, values, since_ns)
-        for axis in self.axes:
-            if not axis.still:
-                axis.step(since_ns, now_ns)
-        if self.pressure or self.hold.holds:
-            self.hold.step(now_ns, dt_ns * 1e-9, self.pressure)
-        missing = self.full - self.force
-        if missing:
-            share = 1.0 - exp(-dt_ns * 1e-9 / self.force_lag)
-            self.force += missing * share if abs(missing) > 0.1 else missing
-            self.show_force(self.force)
-        if self.eye is not (self.ejector.position > self.eye_at):
-            self.eye = not self.eye
-            self.show_eye(self.eye)
+        for go_on in self.doing:
+            if not go_on(since_ns, now_ns):
+                self.arrange()
