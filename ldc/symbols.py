@@ -100,7 +100,8 @@ class Signature:
     ``result`` is the type of a FUNCTION (its pin is called OUT in ladder); ``standard`` tells that
     it comes from the library, not from the project. ``actions``: names of the bodies that may be called
     beside that of the POU; a FUNCTION_BLOCK with such has a last input that tells which one is meant.
-    ``written``: what texts call a POU that was declared once more for some instances (VAR_CONFIG).
+    ``written``: what texts call a POU that was declared once more for some instances (VAR_CONFIG), or that
+    has the name of a standard one (LD0180).
     """
 
     kind: str

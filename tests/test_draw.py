@@ -12,6 +12,7 @@ from drawings import RUNGS, meant, read_back, rung, rung_texts
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics
 from ldc.draw import BlockPins, notes_of, pins_from, pou_svg, pou_text, project_svg, rung_svg, rung_text
 from ldc.draw.arrange import arrange
@@ -259,3 +260,15 @@ def test_many_junctions_that_cannot_all_be_wires_end_in_tags_soon() -> None:
     paths = [f"[a{i}] @j{i} [b{i}] (q{i})" for i in range(60)]
     paths += [f"@j{i} [c{i}] @j{59 - i}" for i in range(30)]
     assert "@j0" in rung_text(rung("; ".join(paths)))
+
+
+def test_a_program_of_texts_draws_nothing_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    source = tmp_path / "main.st"
+    source.write_text("PROGRAM main\nVAR n : INT; END_VAR\n    n := n + 1;\nEND_PROGRAM\n")
+    assert main(["draw", str(source)]) == 0
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", "there is no rung to draw: all bodies are texts\n")
+    assert main(["draw", str(source), "--svg", str(tmp_path / "main.svg")]) == 1
+    assert not (tmp_path / "main.svg").exists()

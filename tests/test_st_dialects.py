@@ -356,3 +356,92 @@ def test_a_number_times_a_time_is_refused_where_the_order_of_calls_would_change(
     found = checked(_COUNTED % product, "main.st").diagnostics
     assert [(d.code, d.help) for d in found if d.severity == "error"] == [
         ("LD0410", "write the TIME first, or put one of them into a variable before: both call functions that write")]
+
+
+def test_own_functions_and_blocks_take_the_place_of_standard_ones(tmp_path: Path) -> None:
+    """Everywhere that the project says the name; blocks of the library call the standard ones as before."""
+    text = """FUNCTION MAX : INT
+VAR_INPUT a, b : INT; END_VAR
+    MAX := a - b;
+    IF MAX < 0 THEN MAX := MAX + b; END_IF;
+END_FUNCTION
+FUNCTION twice : INT
+VAR_INPUT x : INT; END_VAR
+    twice := MAX(2 * x, 0) + MIN(x, 0);
+END_FUNCTION
+FUNCTION_BLOCK TON
+VAR_INPUT IN : BOOL; END_VAR
+VAR_OUTPUT Q : BOOL; n : INT; END_VAR
+    n := n + 1;
+    Q := IN AND n >= 2;
+END_FUNCTION_BLOCK
+PROGRAM main
+VAR go : BOOL; t : TON; late : TOF; x, y, z, n : INT; q, off : BOOL; END_VAR
+    t(IN := go, Q => q);
+    n := t.n;
+    late(IN := q, PT := T#20ms);
+    off := late.Q;
+    x := MAX(7, 5);
+    y := MAX(b := 5, a := 1);
+    MAX(9, x, OUT => z);
+    z := z + twice(4);
+END_PROGRAM
+"""
+    told = compiled(text, "main.st").diagnostics
+    assert [d.code for d in told] == ["LD0180"] * 2
+    scans = [{"go": True}, {}, {"go": False}, {}, {}, {}]
+    rows = trace(tmp_path, text, "main.st", scans, ["q", "off", "n", "x", "y", "z"])
+    assert [row[:3] for row in rows] == [(False, False, 1), (True, True, 2), (False, True, 3), (False, True, 4),
+                                         (False, False, 5), (False, False, 6)]
+    assert {row[3:] for row in rows} == {(2, 1, 15)}
+
+
+def test_own_functions_that_call_each_other_in_a_circle_are_told_by_any_name() -> None:
+    text = """FUNCTION LEN : INT
+VAR_INPUT s : STRING; END_VAR
+    LEN := size(s);
+END_FUNCTION
+FUNCTION size : INT
+VAR_INPUT s : STRING; END_VAR
+    size := LEN(s);
+END_FUNCTION
+"""
+    assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == ["LD0216"]
+
+
+def test_pi_is_known_unless_the_project_declares_it(tmp_path: Path) -> None:
+    text = """PROGRAM main
+VAR CONSTANT full : LREAL := 2 * PI; END_VAR
+VAR a, b : REAL; c : LREAL; i : INT := 3; END_VAR
+    a := SIN(PI / 6.0);
+    b := i * pi;
+    c := full - PI;
+END_PROGRAM
+"""
+    (row,) = trace(tmp_path, text, "main.st", [{}], ["a", "b", "c"])
+    assert row == pytest.approx((0.5, 9.424778, 3.141592653589793), rel=1e-6)
+    own = text.replace("a, b", "PI : INT := 4; a, b").replace("SIN(PI / 6.0)", "PI")
+    assert compiled(own.replace("2 * PI", "8.0"), "main.st").program
+    assert [d.code for d in checked(text.replace("a := SIN", "PI := SIN"), "main.st").diagnostics] == ["LD0404"]
+
+
+@pytest.mark.parametrize(("value", "what"), [
+    ("n^3", "powers"), ("n^m", "powers"), ("2^(m + 1)", "powers"), ("n^", "pointers"), ("n^.m", "pointers"),
+    ("n^ + 1", "pointers"), ("n^[2]", "pointers"),
+])
+def test_a_roof_is_told_as_what_it_is(value: str, what: str) -> None:
+    told = list(checked(f"PROGRAM main VAR n, m : INT; END_VAR n := {value}; END_PROGRAM", "main.st").diagnostics)
+    assert [(d.code, d.message.split()[0]) for d in told] == [("LD0237", what)]
+
+
+def test_what_is_computed_from_an_enumeration_and_stored_in_it_is_told_once() -> None:
+    text = """TYPE mode : (idle, run, stop); END_TYPE
+PROGRAM main
+VAR state : mode; n : INT; END_VAR
+    state := state + 1;
+    state := n;
+END_PROGRAM
+"""
+    told = checked(text, "main.st").diagnostics
+    assert [(d.code, d.message) for d in told] == [("LD0241", "a value of mode counts as INT here"),
+                                                   ("LD0241", "INT counts as a value of mode here")]

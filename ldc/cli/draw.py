@@ -7,7 +7,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 
-from ldc.cli.console import Failure, UsageError, is_terminal, report, wants_color
+from ldc.cli.console import Failure, UsageError, is_terminal, report, say, wants_color
 from ldc.cli.inputs import read
 from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics
@@ -47,7 +47,10 @@ def run(options: argparse.Namespace) -> int:
         draw = rung_svg if options.svg else rung_text
         drawn = draw(rung, number=number, notes=notes_of(pou, comments), **settings)
     elif not any(_rungs(project)) and (options.svg or not any(map(_is_chart, _pous(project)))):
-        raise Failure("there is no rung to draw")
+        if options.svg or status or not any(_pous(project)):
+            raise Failure("there is no rung to draw")
+        say("there is no rung to draw: all bodies are texts")
+        return status
     elif options.svg:
         drawn = project_svg(
             [pou for file in project.files for pou in file.pous], comments=comments, **settings

@@ -37,6 +37,13 @@ def shadowing_name(diagnostics: Diagnostics, span: Span, name: str, why: str) ->
                              "most of them refuse it")
 
 
+def own_standard(diagnostics: Diagnostics, span: Span, name: str, what: str, made: str) -> None:
+    diagnostics.warning("LD0180", f"`{name}` takes the place of {what}", span,
+                        f"is meant wherever the project says it, and called `{made}` in what is compiled",
+                        help="give it a name of its own when the program is to be read by other IEC 61131-3 tools: "
+                             "some of them refuse it")
+
+
 def unknown_type(diagnostics: Diagnostics, span: Span, name: str, help: str) -> None:
     diagnostics.error("LD0205", f"there is no type or function block `{name}`", span, "unknown type",
                       help=help or "declare it in TYPE ... END_TYPE or as a FUNCTION_BLOCK")

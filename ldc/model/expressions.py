@@ -5,6 +5,7 @@ Chains of operators may be a thousand long: they are walked in loops, only brack
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -132,6 +133,8 @@ def _name(env: Environment, node: ast.Name, hint: Type | None, diagnostics: Diag
         number = next((n for name, n in hint.values if name.upper() == key), None)
         if number is not None:
             return Const(number, hint, node.span)
+    if key == "PI":
+        return Untyped(math.pi, node.span)  # of TwinCAT, unless the project declares it
     places.place(env, node, diagnostics)
     return None
 

@@ -44,12 +44,14 @@ class Frame:
     constants may be used before the place where they are declared."""
 
     def __init__(
-        self, owner: Owner, pou: str, kind: str, var_blocks: Iterable[ast.VarBlock], parent: Frame | None
+        self, owner: Owner, pou: str, kind: str, var_blocks: Iterable[ast.VarBlock], parent: Frame | None,
+        written: str = "",
     ) -> None:
         self.owner, self.pou, self.kind, self.parent = owner, pou, kind, parent
         self.library, self.image_bytes, self.statements = owner.library, owner.image_bytes, False
         self.flags: frozenset[str] = frozenset()
         self.broken: set[str] = set()
+        self._written = written
         self._built: dict[str, Variable | None] = {}
         self._building: list[str] = []
         self._types: dict[int, Known | None] = {}
@@ -94,7 +96,7 @@ class Frame:
         if first is not None:
             findings.duplicate(diagnostics, node.span, node.name, "variable", first[0].span)
             return
-        if self.kind and key == self.pou.upper():
+        if self.kind and key in (self.pou.upper(), self._written.upper()):
             findings.reserved_name(diagnostics, node.span, node.name,
                                    "the result of this FUNCTION" if self.kind == "FUNCTION"
                                    else f"the name of this {self.kind}")

@@ -32,7 +32,8 @@ def ordered(
     pous: dict[str, Pou], further: dict[str, dict[str, Span | None]], diagnostics: Diagnostics
 ) -> tuple[str, ...]:
     """As ``call_order``; ``further``: by POU whom else it calls, and where, which no declaration tells."""
-    functions = {key for key, pou in pous.items() if pou.signature.kind == "FUNCTION"}
+    functions = {name: key for key, pou in pous.items() if pou.signature.kind == "FUNCTION"
+                 for name in {key, pou.signature.written.upper() or key}}
     calls = {key: dict(_callees(key, pou, pous, functions)) | further[key] for key, pou in pous.items()}
     order: list[str] = []
     depth: dict[str, int] = {}
@@ -72,7 +73,7 @@ def _report(cycle: list[str], pous: dict[str, Pou], calls, diagnostics: Diagnost
 
 
 def _callees(
-    key: str, pou: Pou, pous: dict[str, Pou], functions: set[str]
+    key: str, pou: Pou, pous: dict[str, Pou], functions: dict[str, str]
 ) -> Iterator[tuple[str, Span | None]]:
     """The POUs of the project that ``pou`` uses, with one place where it does."""
     for variable in pou.variables.values():
@@ -85,22 +86,22 @@ def _callees(
     if isinstance(pou.body, sfc.SfcBody):
         for node in (call for expression in sfc.expressions(pou.body) for call in calls_in(expression)):
             if node.name.upper() in functions:
-                yield node.name.upper(), node.span
+                yield functions[node.name.upper()], node.span
 
 
-def _called(key: str, body: sfc.Body, functions: set[str]) -> Iterator[tuple[str, Span]]:
-    """The FUNCTIONs that a body calls."""
+def _called(key: str, body: sfc.Body, functions: dict[str, str]) -> Iterator[tuple[str, Span]]:
+    """The FUNCTIONs that a body calls. ``functions``: each by the names that texts have for it."""
     if isinstance(body, ast.LadderBody):
         for rung in body.rungs:
-            if isinstance(rung.paths, UnreadPaths) and functions.isdisjoint(rung.paths.head.calls):
+            if isinstance(rung.paths, UnreadPaths) and rung.paths.head.calls.isdisjoint(functions):
                 continue
             for name, node in callees(rung):
                 if name.upper() in functions:
-                    yield name.upper(), node.span
+                    yield functions[name.upper()], node.span
         return
     at = body.span
     for match in _WORD.finditer(at.source.text, at.start, at.end):
         name = match[1].upper() if match[1] else ""
         # Inside a FUNCTION its own name is its result, unless it is called.
-        if name in functions and (name != key or match[2]):
-            yield name, Span(at.source, match.start(1), match.end(1))
+        if name in functions and (functions[name] != key or match[2]):
+            yield functions[name], Span(at.source, match.start(1), match.end(1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ldc.diagnostics import Diagnostics, Severity
+from ldc.free_names import free_name
 from ldc.library import blocks
 from ldc.model import action_calls, chart_names
 from ldc.model import declaration_findings as findings
@@ -13,7 +14,7 @@ from ldc.model.configuration import Configurator
 from ldc.model.edges import edges_of
 from ldc.model.frame import Frame
 from ldc.model.instance_config import configured, with_places
-from ldc.model.names import PREFIX, standard
+from ldc.model.names import IL_WORDS, PREFIX, standard
 from ldc.model.order import call_order
 from ldc.model.outputs import check_overlaps
 from ldc.model.paths import with_paths
@@ -23,11 +24,13 @@ from ldc.model.sizes import check_sizes
 from ldc.model.type_table import TypeTable
 from ldc.parser import ast, sfc
 from ldc.parser.findings import BEYOND
+from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature, Variable
-from ldc.types import BOOL, INT, Type, blocks_in
+from ldc.types import BOOL, ELEMENTARY, INT, Type, blocks_in
 
 _PINS = ("input", "output", "in_out")
+_CALLED = ("FUNCTION", "FUNCTION_BLOCK")
 
 
 def resolve(project: ast.Project, diagnostics: Diagnostics, settings: Settings | None = None) -> Model:
@@ -59,12 +62,14 @@ class _Resolver:
                 if self._claim(type_.name, type_.span, "type"):
                     declared[type_.name.upper()] = type_
             for pou in file.pous:
-                if self._claim(pou.name, pou.name_span, "POU"):
+                if self._claim(pou.name, pou.name_span, "POU", pou.kind):
                     self._pous[pou.name.upper()] = pou
+        self._own = {} if self.library else self._in_place_of_standard()
         self._safe = dict(value for file in project.files for value in file.safe) | dict(settings.safe)
         self.incomplete, self._torn, self._damaged = _what_is_missing(self._pous, diagnostics)
         self.incomplete |= any(file.incomplete and not file.pous for file in project.files)
         kinds = {key: (pou.kind, pou.name) for key, pou in self._pous.items()}
+        kinds |= {written: kinds[key] for written, key in self._own.items()}
         self.types = TypeTable(declared, kinds, diagnostics)
         self.configurations = [c for file in project.files for c in file.configurations]
         self.globals = Frame(self, "", "", _global_blocks(project, self.configurations), None)
@@ -76,7 +81,22 @@ class _Resolver:
         self._signatures: dict[str, Signature] = {}
         self._declared_types = declared
 
-    def _claim(self, name: str, span: Span, what: str) -> bool:
+    def _in_place_of_standard(self) -> dict[str, str]:
+        """The POUs with the name of a standard one, in capitals: it and the name that they get. The library's
+        blocks go on to call the standard one, so the two need different names."""
+        taken = set(self._first)
+        made: dict[str, str] = {}
+        for key, pou in tuple(self._pous.items()):
+            if _replaces_standard(pou.kind, key):
+                name = free_name(pou.name, taken)
+                findings.own_standard(self.diagnostics, pou.name_span, pou.name, standard(key), name)
+                del self._pous[key]
+                made[key] = name.upper()
+                taken.add(name.upper())
+                self._pous[name.upper()] = replace(pou, name=name, written=pou.written or pou.name)
+        return made
+
+    def _claim(self, name: str, span: Span, what: str, kind: str = "") -> bool:
         """Types and POUs share one space of names."""
         key = name.upper()
         if key in self._first:
@@ -88,7 +108,7 @@ class _Resolver:
                 # IL text may be what the compiler printed: the types of steps and actions come back.
                 if what != "type" or not span.source.path.lower().endswith(".il"):
                     findings.reserved_prefix(self.diagnostics, span, name)
-            elif why := standard(key):
+            elif (why := standard(key)) and not _replaces_standard(kind, key):
                 findings.reserved_name(self.diagnostics, span, name, why)
         return True
 
@@ -99,6 +119,7 @@ class _Resolver:
         for key in self._pous:
             self.signature(key)
         used = dict(self._signatures)
+        used |= {written: used[key] for written, key in self._own.items() if key in used}
         for variable in (v for scope in (global_variables, *(p.variables for p in self._built.values()))
                          for v in scope.values()):
             for pou in blocks_in(variable.type):
@@ -127,12 +148,13 @@ class _Resolver:
 
     def signature(self, key: str) -> Signature | None:
         """The signature of a POU of the project; its variables are built when it is first asked for."""
+        key = self._own.get(key, key)
         if key in self._signatures:
             return self._signatures[key]
         node = self._pous.get(key)
         if node is None or key in self._frames:
             return None
-        frame = self._frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals)
+        frame = self._frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals, node.written)
         if key in self._torn:
             frame.broken.add("*")
         variables = frame.build()
@@ -206,6 +228,11 @@ class _Resolver:
 
     def callables(self) -> Iterable[str]:
         return [pou.name for pou in self._pous.values()]
+
+
+def _replaces_standard(kind: str, key: str) -> bool:
+    """Whether a POU takes the place of a standard one; what is an instruction of IL stays one."""
+    return kind in _CALLED and standard(key) is not None and key not in ELEMENTARY and key not in IL_WORDS
 
 
 def _parameter(variable: Variable) -> Parameter:

@@ -48,6 +48,8 @@ class Scope:
         self._locals = found.variables if found is not None else {}
         self._edges = {e.input.name.upper(): e for e in found.edges} if found is not None else {}
         self._known: dict[str, tuple[Variable, bool]] = {}
+        if self.kind == "FUNCTION" and found.signature.written:
+            self._known[found.signature.written.upper()] = found.variables[pou_name.upper()], False
         whole = found.body if found is not None else None
         self.body = whole if body is None else body
         rungs = self.body.rungs if isinstance(self.body, ast.LadderBody) else ()

@@ -152,7 +152,7 @@ class TypeTable:
             return self.named(env, key)
         kind, spelling = self._pou_kinds.get(key, ("", ""))
         if kind == "FUNCTION_BLOCK" or not kind and blocks.signature(key) is not None:
-            return Known(Instance(key))
+            return Known(Instance(spelling.upper() or key))
         if kind:
             findings.program_as_type(self._diagnostics, node.span, spelling, kind)
         elif not env.silent(key):

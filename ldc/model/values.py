@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Apply, Const, Expr, Load
+from ldc.expr import Apply, Const, Expr, Load, nodes
 from ldc.library import functions
 from ldc.model import type_findings as findings
 from ldc.parser import ast
@@ -220,7 +220,8 @@ def coerce(
         return counted
     counted = enumerated(value, wanted)
     if counted is not None:
-        findings.enumerated(diagnostics, span, got, wanted)
+        if not isinstance(wanted, Enum) or all(n.type != wanted for n in nodes(value)):  # told at `state + 1`
+            findings.enumerated(diagnostics, span, got, wanted)
         return counted
     findings.mismatch(diagnostics, span, wanted, got, what)
     return None

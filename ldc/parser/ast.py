@@ -325,7 +325,7 @@ class Pou:
     it returns something. The
     body is a ``statements.StatementBody`` in Structured Text, an ``sfc.SfcBody`` of a chart. ``actions``:
     further bodies with names, which are executed where they are called; those of a chart are in its
-    body. ``written``: what the source calls it, where it has another name (VAR_CONFIG)."""
+    body. ``written``: what the source calls it, where it has another name (VAR_CONFIG, LD0180)."""
 
     kind: str
     name: str

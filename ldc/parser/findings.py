@@ -38,6 +38,7 @@ _BEYOND = {
     "UNION": ("a UNION is", "use a STRUCT, and convert"),
     "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
     "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
+    "^ value": ("powers written with `^` are", "write `base ** exponent`, or `EXPT(base, exponent)`"),
     "JMP": ("jumps in statements are", _JUMPS), ":": ("labels of jumps in statements are", _JUMPS),
 }
 

@@ -173,7 +173,9 @@ class Units:
         span = self.tokens.point(index)
         head = span.source.text[span.start : span.start + 2]
         if head[0] == "^":
-            self.findings.beyond(index, "^")
+            # What is a pointer is followed by no value.
+            raised = self.types[index + 1 : index + 2] in (["NAME"], ["INTEGER"], ["NUMBER"], ["LITERAL"], ["("])
+            self.findings.beyond(index, "^ value" if raised else "^")
         elif head in ("(*", "/*"):
             self.findings.open_comment(span.start)
         elif head[0] in "'\"":
