@@ -41,6 +41,12 @@ def test_words_and_names_in_any_case() -> None:
     assert code("ld A\nandn B\nst C") == ["LD BOOL a", "ANDN BOOL b", "ST BOOL c"]
 
 
+def test_a_semicolon_may_end_a_line() -> None:
+    """As the example of IEC 61131-10 has it; elsewhere it does not belong there."""
+    assert code("LD a;\nAND( b ; // and\nOR c\n);\nST a ;\nCALC delay(IN := a, PT := T#1s);") == code(
+        "LD a\nAND( b\nOR c\n)\nST a\nCALC delay(IN := a, PT := T#1s)")
+
+
 def test_jumps_and_labels() -> None:
     assert code("LD a\nJMPC Over\nLD b\nST c\nJMP end\nover: LD c\nRETCN\nEND:\nRETURN") == [
         "LD BOOL a", "JMPC BOOL over", "LD BOOL b", "ST BOOL c", "JMP BOOL END", "over:", "LD BOOL c",
@@ -187,7 +193,7 @@ def test_a_mark_does_not_part_what_belongs_together() -> None:
     ("LD a\n:= b", "LD0701", ":= b"),
     ("LD", "LD0702", "LD"),
     ("LD a\nJMPC", "LD0702", "JMPC"),
-    ("LD a;\nST b", "LD0703", ";"),
+    ("LD a; AND b\nST b", "LD0101", ";"),
     ("LD i\nMAX ,3", "LD0702", ""),
     ("LD a\nNOT b", "LD0703", "b"),
     ("LD (a)", "LD0703", "LD (a)"),

@@ -8,6 +8,7 @@ import pytest
 
 from ldc.cli.main import main
 from ldc.pipeline import Compiled, compile_paths
+from runtime.vm.machine import Machine
 
 XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
 
@@ -274,8 +275,14 @@ DRAWN = program("a : BOOL; b : BOOL", rungs("{}"))
      ["LD0146 main: contact 2 `a` at (10, 0) is connected to the element output 7, which does not exist"],
      '<Connection refConnectionPointOutId="7"/>'),
     (DRAWN.format(rail() + contact(2, "c", 1) + coil("b", 2)), ["LD0404 there is no variable `c` here"], "c"),
-    (program("a : BOOL", body("SFC", "")), ["LD0145 a body in SFC is not read"],
-     '<BodyContent xsi:type="SFC">'),
+    (program("a : BOOL", body("SFC", thing("Sfc", "MacroStep", out(1), name="wash"))),
+     ["LD0145 an element MacroStep is not read"], '<SfcObject xsi:type="MacroStep" name="wash">'),
+    (program("a : BOOL", body("SFC", thing("Sfc", "Step", out(1), name="s", initialStep="true")
+                              + thing("Sfc", "Transition",
+                                      wired(1) + out(2)
+                                      + '<Condition><Guess/><Reference name="a"/></Condition>')
+                              + thing("Sfc", "JumpStep", wired(2), targetName="s"))),
+     ["LD0145 a condition <Guess> is not read"], "<Guess/>"),
     (program("a : BOOL", '<Method name="Go"/>'), ["LD0145 <Method> of `main` is not read"],
      '<Method name="Go"/>'),
     ('<Class name="K"/>', ["LD0145 <Class> `K` is not read"], '<Class name="K"/>'),
@@ -296,3 +303,77 @@ def test_a_file_that_ends_or_is_changed_anywhere(tmp_path: Path) -> None:
         assert read(tmp_path, whole[:at]).image is None
         read(tmp_path, whole[:at] + whole[at + 7:])
         read(tmp_path, whole.replace(whole[at: at + 3], "7"))
+
+
+# ---- charts
+
+
+def step(name: str, number: int, above: int | None = None, actions: int | None = None, **more: str) -> str:
+    acts = f'<ConnectionPointOutAction connectionPointOutId="{actions}"/>' if actions else ""
+    return thing("Sfc", "Step", (wired(above) if above else "") + out(number) + acts, name=name, **more)
+
+
+def way(above: int, number: int, condition: str, **more: str) -> str:
+    inside = f"{wired(above)}{out(number)}<Condition>{condition}</Condition>"
+    return thing("Sfc", "Transition", inside, **more)
+
+
+def joint(kind: str, above: tuple[int, ...], below: tuple[int, ...]) -> str:
+    return thing("Sfc", kind, "".join(map(wired, above)) + "".join(map(out, below)))
+
+
+def does(actions: int, *acts: str) -> str:
+    return thing("Common", "ActionBlocks", wired(actions) + "".join(
+        f"<ActionBlock><ActionQualifier {act}</ActionBlock>" for act in acts))
+
+
+def drawn(number: int, kind: str, inside: str) -> str:
+    network = f'<GraphicalExpression xsi:type="{kind}"><RelPosition x="-17" y="-2"/>{inside}'
+    return f"<GraphicalPredicate>{wired(number)}{network}</GraphicalExpression></GraphicalPredicate>"
+
+
+def text_of(language: str, text: str) -> str:
+    return f'<PredicateContent xsi:type="{language}"><{language}>{text}</{language}></PredicateContent>'
+
+
+def test_a_chart_with_conditions_and_actions_of_all_kinds(tmp_path: Path) -> None:
+    """Conditions as networks, ladders, text and names; numbers of outputs count through the whole chart."""
+    compared = block("GT", {"IN1": 5, "IN2": 6}, {"OUT": 4}) + source(5, "One.T") + source(6, "T#1s")
+    ladder = (rail(17) + thing("Ld", "CompareContact", wired(17) + out(18) + "<Type>TIME</Type>",
+                               operand1="Two.T", operand2="T#1s", compareOperator="&gt;"))
+    sequence = (
+        step("Zero", 1, initialStep="true")
+        + way(1, 2, f"<TextualPredicate>{text_of('ST', 'TRUE')}</TextualPredicate>")
+        + joint("SelectionConvergence", (40, 2), (3,))
+        + step("One", 7, 3, 8)
+        + does(8, 'qualifier="N"/><ComplexOperand>light</ComplexOperand>',
+               'qualifier="P1"/><ReferenceName>Counting</ReferenceName>',
+               'qualifier="L" duration="T#300ms"/><ComplexOperand>horn</ComplexOperand>')
+        + way(7, 9, drawn(4, "FbdNetwork", compared))
+        + joint("SimultaneousDivergence", (9,), (10, 11))
+        + step("Two", 12, 10) + step("Beside", 13, 11, 14)
+        + does(14, 'qualifier="N"/><Inline><BodyContent xsi:type="ST"><ST>side := side + 1;</ST>'
+                   "</BodyContent></Inline>")
+        + joint("SimultaneousConvergence", (12, 13), (15,))
+        + way(15, 16, drawn(18, "LadderRung", ladder))
+        + step("Three", 19, 16)
+        + way(19, 40, '<Reference name="transition_1"/>', priority="1")
+        + way(19, 41, f'<TextualPredicate>{text_of("IL", "LD stop")}</TextualPredicate>', priority="2")
+        + thing("Sfc", "JumpStep", wired(41), targetName="Zero"))
+    more = ('<Action name="Counting"><Body><BodyContent xsi:type="ST"><ST>n := n + 1;</ST></BodyContent>'
+            '</Body></Action><Transition name="transition_1"><Condition>'
+            + text_of("ST", "transition_1 := Three.T &gt; T#500ms;") + "</Condition></Transition>")
+    xml = project(program("light AT %QX0.0 : BOOL; horn AT %QX0.1 : BOOL; stop : BOOL;"
+                          "n : INT; side : INT", body("SFC", sequence) + more))
+    text = texts(tmp_path, xml)
+    for part in ("INITIAL_STEP Zero:", "horn(L, T#300ms);", "FROM One TO (Two, Beside)",
+                 "FROM (Two, Beside) TO Three", "(PRIORITY := 2) FROM Three TO Zero",
+                 "transition_1 (PRIORITY := 1) FROM Three TO One"):
+        assert part in text, part
+    machine = Machine(read(tmp_path, xml).program, period_ns=100_000_000)
+    shown = ""
+    for _ in range(30):
+        machine.scan()
+        shown += str(int(machine.get("light"))) + str(int(machine.get("horn")))
+    assert shown == "00" + "11" * 3 + "10" * 8 + "00" * 17 + "11"
+    assert (machine.get("n"), machine.get("side")) == (2, 12)

@@ -254,6 +254,15 @@ def test_what_one_vendor_puts_into_steps_has_no_final_execution(guid: str, on: s
     assert trace(text, "n", go="0100000", back="0000100") == [on]
 
 
+def test_a_drawn_condition_does_not_take_the_name_of_a_transition() -> None:
+    """`transition_1` is what a condition without a name is called, and what a transition may be called."""
+    xml = chart(step(1, "One", 4, initial=True), rail(7), contact(8, "go", 7),
+                element("transition", 2, f"{wires(1)}<condition>{wires(8)}</condition>"), step(3, "Two", 2),
+                way(4, 3, named("Transition_1")),
+                transitions={"Transition_1": "<ST>IF back THEN Transition_1 := TRUE; END_IF;</ST>"})
+    assert trace(xml, "One.X Two.X", go="01000", back="00010") == ["10011", "01100"]
+
+
 def test_names_of_actions_that_others_have() -> None:
     text = two(named("go"), does(6, 3, act(named("B")), act(named("q"))),
                actions={"B": "<ST>n := n + 1;</ST>"})

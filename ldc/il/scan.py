@@ -22,6 +22,7 @@ _LINE = Pattern(
 _ARGUMENT = Pattern(rf"(?:(NOT)\s+)?({_WORD})\s*(:=|=>)\s*", re.ASCII | re.IGNORECASE)
 _BRACKET = Pattern(r"[()\[\],]|'(?:\$[^\n]|[^$'\n])*'?|\"(?:\$[^\n]|[^$\"\n])*\"?")
 _NOT_LINE_BREAK = Pattern(r"[^\n]")
+_ENDED = Pattern(r";[ \t\r]*$", re.MULTILINE)
 
 
 @record
@@ -74,12 +75,14 @@ class Argument:
 
 
 class Scanner:
-    """Lines of ``text[start:end]``; comments count as blanks."""
+    """Lines of ``text[start:end]``; comments count as blanks, and so does a semicolon that ends a line, as some
+    editors write it."""
 
     def __init__(self, text: str, start: int, end: int) -> None:
         self.base = start
         self.marks: list[Mark] = []
-        self.text = _NOT_CODE.sub(self._blank, text[start:end])
+        plain = _NOT_CODE.sub(self._blank, text[start:end])
+        self.text = _ENDED.sub(lambda match: " " * len(match[0]), plain) if ";" in plain else plain
 
     def _blank(self, match: re.Match) -> str:
         text = match[0]

@@ -37,6 +37,7 @@ class Parts:
         self._taken = {node.get("name").strip().upper() for node in (*declared, *steps.values(), pou)}
         self._conditions = {node.get("name").strip().upper(): node
                             for holder in pou.all("transitions") for node in holder.all("transition")}
+        self._used = self._taken | self._conditions.keys()
         self._names: dict[str, str] = {}
         self._quiet: set[str] = set()
         self._actions = {node.get("name").strip().upper(): node
@@ -52,9 +53,13 @@ class Parts:
 
     def fresh(self, wanted: str) -> str:
         """A name that nothing in the POU has."""
-        name = free_name(wanted, self._taken)
-        self._taken.add(name.upper())
+        name = free_name(wanted, self._used)
+        self._take(name)
         return name
+
+    def _take(self, name: str) -> None:
+        self._taken.add(name.upper())
+        self._used.add(name.upper())
 
     # ---- bodies
 
@@ -202,7 +207,8 @@ class Parts:
             self._malformed(node.span, "a transition has no condition", "give it one, or TRUE")
             return None, None
         if inline is not None:
-            name, holder = texts.label(inline.get("name"), f"transition_{number}"), inline
+            unnamed = free_name(f"transition_{number}", self._used)
+            name, holder = texts.label(inline.get("name"), unnamed), inline
         else:
             name = reference.get("name").strip()
             known = self._conditions.get(name.upper())
@@ -227,7 +233,7 @@ class Parts:
                               "name of a variable", "used here",
                               "write it as one expression, or copy it under another name")
             return None, name
-        self._taken.add(name.upper())
+        self._take(name)
         return body, name
 
 

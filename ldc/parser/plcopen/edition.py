@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from ldc.diagnostics import Diagnostics
-from ldc.parser.plcopen import findings
+from ldc.parser.plcopen import findings, sequences
 from ldc.parser.plcopen.document import Node
-from ldc.parser.plcopen.networks import Networks, content, kind
+from ldc.parser.plcopen.networks import Networks
+from ldc.parser.plcopen.sequences import content, kind
 from ldc.types import ELEMENTARY
 
 POUS = {"Program": "program", "FunctionBlock": "functionBlock", "Function": "function"}
@@ -20,8 +21,8 @@ _SECTIONS = {
     "InputVars": "inputVars", "OutputVars": "outputVars", "InoutVars": "inOutVars", "InOutVars": "inOutVars",
     "ExternalVars": "externalVars", "Vars": "localVars", "TempVars": "tempVars", "GlobalVars": "globalVars",
 }
-_OF_POUS = frozenset((*_SECTIONS, "Parameters", "ResultType", "MainBody", "Action", "Documentation",
-                      "AddData", "UsingDirective"))
+_OF_POUS = frozenset((*_SECTIONS, "Parameters", "ResultType", "MainBody", "Action", "Transition",
+                      "Documentation", "AddData", "UsingDirective"))
 ATTRIBUTES = frozenset("""
     abstract accessSpecifier associatedTaskName compareOperator dimensionNumber evaluationOrder final
     identifier latch location non_retain operand operand1 operand2 orderWithinParamSet parameterName
@@ -80,22 +81,31 @@ class _Edition:
         for main in node.all("MainBody"):
             parts.append(self.body(main))
         actions = [self._action(child) for child in node.all("Action")]
-        if actions:
-            parts.append(node.like("actions", actions))
+        conditions = [self._transition(child) for child in node.all("Transition")]
+        for tag, found in (("actions", actions), ("transitions", conditions)):
+            if found:
+                parts.append(node.like(tag, found))
         return node.like("pou", parts, {"name": node.get("name"), "pouType": POUS[node.tag]})
 
     def _action(self, node: Node) -> Node:
         return node.like("action", [self.body(child) for child in node.all("Body", "MainBody")])
 
+    def _transition(self, node: Node) -> Node:
+        texts = [text for child in node.all("Condition") for text in sequences.predicate(child, self.unread)]
+        return node.like("transition", [node.like("body", texts)])
+
     def body(self, node: Node) -> Node:
         """Sections of a body follow each other."""
-        drawn = Networks(self.unread)
+        drawn = Networks(self.unread, self.body)
         contents = list(node.all("BodyContent"))
         for one in contents:
             language = kind(one)
             text = one.find("ST") or one.find("IL")
             if text is not None and len(contents) == 1:
                 return node.like("body", (text,))
+            if language == "SFC" and len(contents) == 1:
+                drawn.chart(one)
+                return node.like("body", (one.like("SFC", drawn.elements),))
             if language in ("LD", "LdSection", "FBD", "FbdSection"):
                 drawn.add(one)
             else:

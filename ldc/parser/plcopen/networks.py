@@ -1,11 +1,12 @@
-"""The rungs and networks of a body in XML of IEC 61131-10, as the elements of a drawing of TC6."""
+"""The rungs, networks and charts of a body in XML of IEC 61131-10, as the elements of a drawing of TC6."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from ldc.parser.plcopen import kinds
+from ldc.parser.plcopen import kinds, sequences
 from ldc.parser.plcopen.document import Node
+from ldc.parser.plcopen.sequences import kind
 
 _APART = 1_000
 """Between networks that have no places: each lies below the one before."""
@@ -20,31 +21,23 @@ _OPERANDS = {"operand": "variable", "operand1": "variable", "operand2": "variabl
              "identifier": "expression"}
 """Attributes that hold an operand, and the element that does in TC6."""
 _COMPARED = {sign: name for name, sign in kinds.COMPARING.items()}
-_SAME = ("negated", "edge", "typeName", "instanceName", "name", "label")
+_TAGS |= sequences.TAGS
+_SAME = ("negated", "edge", "typeName", "instanceName", "name", "label", *sequences.ATTRIBUTES)
 _KNOWN = frozenset((*_SAME, *_OPERANDS, "type", "globalId", "latch", "targetNetworkLabel", "compareOperator"))
 _PASSED = frozenset(("RelPosition", "Size", "Documentation", "AddData", "Type", "ConnectionPointIn",
-                     "ConnectionPointOut", *_LISTS))
+                     "ConnectionPointOut", *_LISTS, *sequences.PARTS))
+_OBJECTS = ("LdObject", "FbdObject", "CommonObject", "SfcObject")
 
+Placed = tuple[Node, tuple[int, int]]
 Tell = Callable[[Node, str, str], None]
 
 
-def kind(node: Node) -> str:
-    """What ``xsi:type`` says, without a prefix."""
-    found = next((value for name, value in node.attributes.items() if name.rpartition(":")[2] == "type"), "")
-    return found.strip().rpartition(":")[2]
-
-
-def content(node: Node, tag: str, attributes: dict[str, str]) -> Node:
-    """An element whose start tag is the text of another one: findings about it show that text."""
-    text = node.content
-    return Node(node.document, tag, text.start, text.end, text.start, attributes)
-
-
 class Networks:
-    """``elements``: what was drawn so far. Elements are numbered through all networks of a body."""
+    """``elements``: what was drawn so far. Elements are numbered through all networks of a body. ``body``
+    reads a body that stands inside of an element."""
 
-    def __init__(self, tell: Tell) -> None:
-        self.tell = tell
+    def __init__(self, tell: Tell, body: Callable[[Node], Node]) -> None:
+        self.tell, self.body = tell, body
         self.elements: list[Node] = []
         self._next, self._below = 1, 0
 
@@ -54,26 +47,45 @@ class Networks:
         for network in networks:
             self._network(network)
 
+    def chart(self, body: Node) -> None:
+        """A chart, and beside it the networks of its conditions, which stand inside of its transitions: all
+        outputs of a chart are numbered together."""
+        found: list[Placed] = []
+        for holder in (body, *body.all("Network")):
+            for node in holder.all(*_OBJECTS):
+                own = _place(node) or (0, 0)
+                found.append((node, own))
+                for drawn in sequences.networks(node):
+                    x, y = _place(drawn) or (0, 0)
+                    for inner in drawn.all(*_OBJECTS):
+                        to = _place(inner) or (0, 0)
+                        found.append((inner, (own[0] + x + to[0], own[1] + y + to[1])))
+        self._all(found)
+
     def _network(self, network: Node) -> None:
-        objects = list(network.all("LdObject", "FbdObject", "CommonObject"))
-        own = network.find("RelPosition")
-        top = max(self._below, own.number("y") if own is not None else 0)
-        left = own.number("x") if own is not None else 0
+        own = _place(network)
+        top = max(self._below, own[1] if own is not None else 0)
+        left = own[0] if own is not None else 0
         if network.get("label").strip():
             label = {"label": network.get("label")}
             self.elements.append(self._made(network, "label", (), label, (left, top)))
-        numbers = range(self._next, self._next + len(objects))
+        found: list[Placed] = []
+        for at, node in enumerate(network.all(*_OBJECTS)):
+            x, y = _place(node) or (10 * at, 0)
+            found.append((node, (left + x, top + y)))
+        self._all(found)
+        lowest = max((y for _, (_, y) in found), default=top)
+        self._below = max(top, lowest) + (1 if own is not None else _APART)
+
+    def _all(self, found: Sequence[Placed]) -> None:
+        """The elements, whose outputs are numbered together."""
+        numbers = range(self._next, self._next + len(found))
         outputs = {number: (str(id_) if kind(node) in _TAGS else "", pin)
-                   for id_, node in zip(numbers, objects) for number, pin in _outputs(node)}
-        lowest = top
-        for at, node in enumerate(objects):
-            place = node.find("RelPosition")
-            x, y = (place.number("x"), place.number("y")) if place is not None else (10 * at, 0)
-            made = self._object(node, outputs, (left + x, top + y))
-            lowest = max(lowest, top + y)
+                   for id_, (node, _) in zip(numbers, found) for number, pin in _outputs(node)}
+        for node, place in found:
+            made = self._object(node, outputs, place)
             if made is not None:
                 self.elements.append(made)
-        self._below = lowest + (1 if own is not None else _APART)
 
     def _made(self, node: Node, tag: str, parts: Sequence[Node], attributes: dict[str, str],
               place: tuple[int, int]) -> Node:
@@ -106,9 +118,15 @@ class Networks:
             if node.get(name):
                 words = node.attribute(name)
                 parts.append(Node(node.document, _OPERANDS[name], words.start, words.start, words.end, {}))
+        parts += sequences.parts(node, lambda inner: list(_points(inner, outputs)), self.body, self.tell)
         for one in node.all(*_LISTS):
             parts.append(one.like(_LISTS[one.tag], [_pin(pin, outputs) for pin in one.all(*_PINS)]))
         return self._made(node, tag, parts, attributes, place)
+
+
+def _place(node: Node) -> tuple[int, int] | None:
+    at = node.find("RelPosition")
+    return None if at is None else (at.number("x"), at.number("y"))
 
 
 def _odd(node: Node) -> str:
@@ -141,7 +159,7 @@ def _points(node: Node, outputs: dict[str, tuple[str, str]]) -> Iterator[Node]:
 
 def _outputs(node: Node) -> Iterator[tuple[str, str]]:
     """The numbers of its outputs, each with the name of its pin."""
-    for point in node.all("ConnectionPointOut"):
+    for point in node.all("ConnectionPointOut", "ConnectionPointOutAction"):
         yield point.get("connectionPointOutId").strip(), ""
     for pins in node.all("OutputVariables", "InOutVariables"):
         for pin in pins.children:
