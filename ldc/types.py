@@ -153,6 +153,14 @@ def storage(type_: Type) -> Type:
     return DINT if isinstance(type_, Enum) else type_
 
 
+def numbered(type_: Type) -> Elementary | None:
+    """The bit string or integer that values of the type are, whose bits and parts have numbers; None for other
+    types."""
+    base = storage(type_)
+    known = isinstance(base, Elementary) and base.kind in ("bits", "int", "uint") and not isinstance(type_, Enum)
+    return base if known else None
+
+
 def is_scalar(type_: Type) -> bool:
     """Whether a value of the type fits one IL operand (everything but arrays, structures, instances)."""
     return not isinstance(type_, Array | Struct | Instance)

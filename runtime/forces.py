@@ -73,8 +73,7 @@ class Forces:
 
     def of(self, symbol: Symbol) -> Force | None:
         """The force of a variable, by whatever path it was named."""
-        place = _place(symbol)
-        return next((row for row in self.rows if _place(row.symbol) == place), None)
+        return next((row for row in self.rows if row.symbol.place == symbol.place), None)
 
     def latch(self, latch: Callable[[], None]) -> None:
         """Latches inputs, keeps what came in for those that are forced, and holds all."""
@@ -107,7 +106,3 @@ class Forces:
         return [(row.path, row.symbol.type, symbol.type if symbol else None)
                 for row, symbol in zip(self.rows, symbols, strict=True)
                 if symbol is None or symbol.type != row.symbol.type]
-
-
-def _place(symbol: Symbol) -> tuple:
-    return symbol.home, symbol.keys, symbol.bit

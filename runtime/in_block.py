@@ -9,7 +9,7 @@ from struct import calcsize
 from ldc.il import block
 from ldc.il.block import Block, Spot
 from ldc.il.homes import Home
-from ldc.types import Array, String, storage
+from ldc.types import BOOL, Array, String, storage
 from runtime import machine
 from runtime.layout import Layout, Root, lay_out, slot
 from runtime.places import row
@@ -64,7 +64,8 @@ class InBlock(machine.Machine):
                 offset, type_ = members[key]
                 spot = Spot(spot.offset + offset, type_)
         if symbol.bit is not None:
-            spot = Spot(spot.offset + symbol.bit // 8, symbol.type, symbol.bit % 8)
+            bit = symbol.bit % 8 if symbol.type == BOOL else None
+            spot = Spot(spot.offset + symbol.bit // 8, symbol.type, bit)
         return spot
 
     def value(self, symbol: Symbol) -> object:

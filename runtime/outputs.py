@@ -7,11 +7,12 @@ from ldc.expr import Place
 from ldc.il.program import STORES, Program, Unit
 from ldc.symbols import Location
 from ldc.types import blocks_in, default
-from runtime.layout import Home, Layout
+from runtime.layout import Layout
 from runtime.symbols import Symbol, Symbols, UnknownSymbol
 from runtime.values import coerce
 
-Safe = dict[tuple[Home, tuple, int | None], object]
+Safe = dict[tuple, tuple[Symbol, object]]
+"""By place: what it is, and its value."""
 
 
 def declared_safe(program: Program, symbols: Symbols) -> Safe:
@@ -22,7 +23,7 @@ def declared_safe(program: Program, symbols: Symbols) -> Safe:
     for path, value in program.safe:
         try:
             symbol = symbols.find(path)
-            declared[symbol.home, symbol.keys, symbol.bit] = coerce(value, symbol.type)
+            declared[symbol.place] = symbol, coerce(value, symbol.type)
         except UnknownSymbol:
             continue
         except ValueError as error:
@@ -50,7 +51,10 @@ def safe_states(declared: Safe, layout: Layout, symbols: Symbols,
             root = layout.globals.get(name)
         if root is not None and root.variable.location is not None and root.variable.location.area == "Q":
             found += symbols.of(root)
-    return [(s, declared.get((s.home, s.keys, s.bit), default(s.type))) for s in found]
+    wholes = [declared.get(s.place, (s, default(s.type))) for s in found]
+    places = {(s.home, s.keys) for s in found}
+    parts = [row for row in declared.values() if row[0].part and (row[0].home, row[0].keys) in places]
+    return wholes + parts  # of an output with safe bits the others are those of the whole
 
 
 def _written(layout: Layout, unit: Unit, number: int | None, found: set[tuple[int | None, str]],

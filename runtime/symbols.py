@@ -1,4 +1,5 @@
-"""Symbol paths of a running machine: ``conveyor.warm.Q``, ``a[3]``, ``%QX0.0``, ``word.15``, in any case.
+"""Symbol paths of a running machine: ``conveyor.warm.Q``, ``a[3]``, ``%QX0.0``, ``word.15``, ``count.%B1``, in any
+case. Bits and parts are those of ``ldc.model.parts``.
 
 The name of the program instance may be left out when there is a single one (DESIGN section 8).
 """
@@ -12,10 +13,12 @@ from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.similar import similar
 from ldc.symbols import Location, Variable
-from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, is_scalar, storage
+from ldc.types import BOOL, BYTE, DWORD, LWORD, WORD, Array, Elementary, Instance, Struct, Type, is_scalar, numbered
 from runtime.layout import Cell, Home, Layout, Root, slot
 
-_TOKEN = Pattern(r"\.?([^\W\d]\w*)|\.(\d+)|\[([-\d,\s]+)\]")
+_TOKEN = Pattern(r"\.?([^\W\d]\w*)|\.(\d+|%[XBWDLxbwdl]\d+)|\[([-\d,\s]+)\]")
+_PARTS = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
+_LETTERS = {type_: letter for letter, type_ in _PARTS.items()}
 _LONGEST = 1000
 Key = str | int
 
@@ -27,7 +30,7 @@ class UnknownSymbol(LookupError):
 @record
 class Symbol:
     """One scalar of the machine. ``keys``: attribute names and flat indexes from the root to it;
-    ``bit``: one bit of a bit string; ``area``: I Q M when located."""
+    ``bit``: the first one of a part of a number, which is a value of ``whole``; ``area``: I Q M when located."""
 
     path: str
     type: Type
@@ -35,6 +38,19 @@ class Symbol:
     keys: tuple[Key, ...] = ()
     bit: int | None = None
     area: str = ""
+    whole: Elementary | None = None
+
+    @property
+    def place(self) -> tuple:
+        """The same for whatever path or address the variable is found by."""
+        return self.home, self.keys, self.part
+
+    @property
+    def part(self) -> str:
+        """What follows the path of the whole: ``.15``, ``.%B1``; nothing for what is no part."""
+        if self.bit is None:
+            return ""
+        return f".{self.bit}" if self.type == BOOL else f".%{_LETTERS[self.type]}{self.bit // self.type.bits}"
 
 
 class Symbols:
@@ -109,7 +125,7 @@ class Symbols:
                     yield root.variable.name if single else root.path
 
     def _walk(self, path: str, root: Root, rest: list) -> Symbol:
-        type_, keys, bit = root.variable.type, [], None
+        type_, keys, bit, whole = root.variable.type, [], None, None
         for token in rest:
             if isinstance(token, list) and isinstance(type_, Array):
                 keys.append(_offset(path, type_, token))
@@ -117,14 +133,15 @@ class Symbols:
             elif isinstance(token, str):
                 type_ = self._member(path, type_, token)
                 keys.append(slot(token))
-            elif isinstance(token, int) and bit is None and _is_bits(type_) and token < storage(type_).bits:
-                bit, type_ = token, BOOL
+            elif isinstance(token, tuple) and (at := _part(type_, token)) is not None:
+                whole = whole or numbered(type_)
+                bit, type_ = (bit or 0) + at, token[0]
             else:
                 raise UnknownSymbol(f"`{path}`: a value of {type_} has no such part")
         if not is_scalar(type_):
             raise UnknownSymbol(f"`{path}` is a whole {type_}: name one value in it")
         location = root.variable.location
-        return Symbol(path, type_, root.home, tuple(keys), bit, location.area if location else "")
+        return Symbol(path, type_, root.home, tuple(keys), bit, location.area if location else "", whole)
 
     def _member(self, path: str, type_: Type, name: str) -> Type:
         names = []
@@ -146,10 +163,9 @@ class Symbols:
         """The path of a symbol with the name of its program, which means the same in every program."""
         if symbol.path.startswith("%"):
             return symbol.path
-        bit = "" if symbol.bit is None else f".{symbol.bit}"
         roots = (root for root in self._layout.roots() if root.home == symbol.home)
         leaves = (leaf for root in roots for leaf in self.of(root, hidden=True))
-        return next(leaf.path + bit for leaf in leaves if leaf.keys == symbol.keys)
+        return next(leaf.path + symbol.part for leaf in leaves if leaf.keys == symbol.keys)
 
     def all(self, hidden: bool = False) -> Iterator[Symbol]:
         """Every scalar with state, in declared order; ``hidden``: the compiler's memories too."""
@@ -188,17 +204,31 @@ class Symbols:
 
 
 def _tokens(path: str) -> list:
-    """Names, numbers of bits and lists of indexes; nothing when the path is none."""
+    """Names, parts (type and number) and lists of indexes; nothing when the path is none."""
     tokens, end = [], 0
     for match in _TOKEN.finditer(path if len(path) <= _LONGEST else ""):
         if match.start() != end:
             return []
         try:
-            tokens.append(match[1] or (int(match[2]) if match[2] else [int(i) for i in match[3].split(",")]))
+            tokens.append(match[1] or _numbered(match[2]) or [int(i) for i in match[3].split(",")])
         except ValueError:  # as in `a[1,]` or `a[-]`
             return []
         end = match.end()
     return tokens if end == len(path) else []
+
+
+def _numbered(text: str | None) -> tuple[Elementary, int] | None:
+    """``15`` and ``%X15`` are the same bit."""
+    if text is None:
+        return None
+    return (_PARTS[text[1].upper()], int(text[2:])) if text[0] == "%" else (BOOL, int(text))
+
+
+def _part(type_: Type, token: tuple[Elementary, int]) -> int | None:
+    """The first bit of a part of a value of the type; None when it has none such."""
+    whole, (size, number) = numbered(type_), token
+    known = whole is not None and (number + 1) * size.bits <= whole.bits
+    return number * size.bits if known else None
 
 
 def _hint(name: str, known: Iterable[str]) -> str:
@@ -216,11 +246,6 @@ def has_state(variable: Variable) -> bool:
 def is_cell(symbol: Symbol) -> bool:
     """Whether the symbol is one entry of the namespace, which bulk reads and writes take directly."""
     return isinstance(symbol.home, Cell) and not symbol.keys and symbol.bit is None
-
-
-def _is_bits(type_: Type) -> bool:
-    kind = storage(type_)
-    return isinstance(kind, Elementary) and kind.kind == "bits"
 
 
 def indexes(type_: Array) -> Iterator[str]:

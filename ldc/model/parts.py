@@ -15,11 +15,10 @@ from ldc.model.values import converted
 from ldc.parser import ast
 from ldc.records import record
 from ldc.source import Span
-from ldc.types import BYTE, DWORD, INT, LWORD, WORD, Elementary, Enum, Type, storage
+from ldc.types import BYTE, DWORD, INT, LWORD, WORD, Elementary, Type, numbered
 
 _SIZES = {"%B": BYTE, "%W": WORD, "%D": DWORD, "%L": LWORD}
 _OF_BITS = {8: BYTE, 16: WORD, 32: DWORD, 64: LWORD}
-_KINDS = ("bits", "int", "uint")
 
 
 @record
@@ -63,13 +62,6 @@ def _number(env: Environment, node: ast.Member) -> int | None:
     found = env.variable(node.name.upper())
     constant = found is not None and found[0].constant and numbered(found[0].type) is not None
     return found[0].initial if constant else None
-
-
-def numbered(type_: Type) -> Elementary | None:
-    """The bit string or integer that values of the type are; None for other types."""
-    base = storage(type_)
-    known = isinstance(base, Elementary) and base.kind in _KINDS and not isinstance(type_, Enum)
-    return base if known else None
 
 
 def without_parts(env: Environment, node: ast.Member, diagnostics: Diagnostics) -> ast.Member | None:

@@ -39,8 +39,7 @@ class Wiring:
 
     def input(self, symbol: Symbol) -> Callable[[], object] | None:
         """What reads the point of an input at the plant, None when it is not wired."""
-        place = symbol.home, symbol.keys, symbol.bit
-        found = (point for point, s in self._inputs if (s.home, s.keys, s.bit) == place)
+        found = (point for point, s in self._inputs if s.place == symbol.place)
         return next(map(self._field.reader, found), None)
 
     def before(self) -> None:

@@ -12,7 +12,7 @@ from struct import Struct as Packer
 from ldc.il.program import Unit
 from ldc.records import replace
 from ldc.symbols import Location
-from ldc.types import Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
+from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
 from runtime.layout import Cell, Home, Layout, Packed, slot
 from runtime.symbols import Key, Symbol
 
@@ -197,7 +197,10 @@ def write(namespace: dict[str, object], home: Home, value) -> None:
 def get(namespace: dict[str, object], symbol: Symbol):
     """The value of a scalar now, as the machine keeps it."""
     value = inside(read(namespace, symbol.home), symbol.keys)
-    return value if symbol.bit is None else bool(value >> symbol.bit & 1)
+    if symbol.bit is None:
+        return value
+    found = value >> symbol.bit & (1 << symbol.type.bits) - 1
+    return found != 0 if symbol.type == BOOL else found
 
 
 def inside(value, keys: Sequence[Key]):
@@ -210,8 +213,11 @@ def inside(value, keys: Sequence[Key]):
 def put(namespace: dict[str, object], symbol: Symbol, value) -> None:
     """Writes a value that is already one of the machine's (see ``runtime.values.coerce``)."""
     if symbol.bit is not None:
-        old = get(namespace, replace(symbol, bit=None))
-        value = old | 1 << symbol.bit if value else old & ~(1 << symbol.bit)
+        old, whole = get(namespace, replace(symbol, bit=None)), symbol.whole
+        ones = (1 << symbol.type.bits) - 1 << symbol.bit
+        value = (old & ~ones | value << symbol.bit) & (1 << whole.bits) - 1
+        if value > whole.range[1]:
+            value -= 1 << whole.bits
     if not symbol.keys:
         write(namespace, symbol.home, value)
         return
