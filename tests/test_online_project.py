@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
@@ -153,8 +154,12 @@ def test_what_a_change_of_settings_does_is_told(folder, monkeypatch, capsys, arg
         out, err = capsys.readouterr()
         assert re.findall(r"^warning\[LD0863\]: (.*) stays as", err, re.M) == stays
         assert re.findall(r"^brought +(.*)$", out, re.M) == brought
+        done("report")
+        assert re.findall(r"^brought +(.*)$", capsys.readouterr().out, re.M) == brought
         done("test --for 3600s", "commit")
-        assert main(["pull", "--check"]) == 0
+        assert main(["pull", "--check"]) == (1 if stays else 0), "what stays is not what is here"
+        err = capsys.readouterr().err
+        assert re.findall(r"^error\[LD0866\]: (.*) is not what", err, re.M) == stays and "LD0830" not in err
         assert main(["online", "stage"]) == 0
         err = capsys.readouterr().err
         assert "nothing to stage" in err and err.count("LD0863") == len(stays), "it is told until the next start"
@@ -167,6 +172,46 @@ def test_sources_that_change_nothing_of_the_code_are_staged_too(folder, monkeypa
         done("stage", "test --for 3600s", "commit")
         assert "its sources have changed: main.ld" in capsys.readouterr().err
         assert main(["pull", "--check"]) == 0
+
+
+def settings(capsys) -> str:
+    capsys.readouterr()
+    done("status")
+    return re.search(r"^settings (\w{12})(.*)$", capsys.readouterr().out, re.M)[1]
+
+
+def test_settings_have_a_digest_of_their_own(folder, monkeypatch, capsys) -> None:
+    """A message changes no code: the program is the same, what it is told is not; nor is it what was before."""
+    with begun(monkeypatch):
+        before = settings(capsys)
+        (folder / "ldc.toml").write_text(PROJECT + MESSAGE)
+        done("stage")
+        assert settings(capsys) == before
+        done("test --for 3600s")
+        during = settings(capsys)
+        assert during != before
+        done("untest")
+        assert settings(capsys) == before
+        done("test --for 3600s", "commit")
+        assert settings(capsys) == during
+        lines = map(json.loads, (link.state_folder() / "s.audit.jsonl").read_text().splitlines())
+        assert [line["settings"][:12] for line in lines if line["action"] in ("testing", "untested")] == [
+            during, before, during]
+
+
+def test_options_of_the_command_line_are_no_drift_when_they_say_the_same(folder, monkeypatch, capsys) -> None:
+    text = PROJECT + '[run]\nperiod = "0.02s"\nretain = "kept"\nretain_every = "1500ms"\n'
+    (folder / "ldc.toml").write_text(text)
+    with begun(monkeypatch, "--period", "20ms", "--retain", "kept", "--retain-every", "3s"):
+        done("status")
+        assert re.search(r"^settings \w+, --period 20ms, --retain kept, --retain-every 3s$",
+                         capsys.readouterr().out, re.M)
+        assert main(["pull", "--check"]) == 1
+        err = capsys.readouterr().err
+        assert err.count("error[") == 1 and "`--retain-every 3s`" in err
+        (folder / "ldc.toml").write_text(text.replace("1500ms", "3s"))
+        done("stage", "test --for 3600s", "commit")
+        assert main(["pull", "--check"]) == 0, "what differs was overridden, and is now what runs"
 
 
 def test_a_file_that_a_setting_names_counts_with_its_contents(folder) -> None:

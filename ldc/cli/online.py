@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable, Sequence
 
 from ldc import pipeline
 from ldc.cli import declared, link, modules, settled, shipped
@@ -44,10 +45,14 @@ def run(options: argparse.Namespace) -> int:
         case "report" if options.before:
             return _offline(read([options.before]), sources)
         case "report":
-            answer = link.ask(link.runtime_of(options, sources), Report())
+            path = link.runtime_of(options, sources)
+            answer = link.ask(path, Report())
+            if answer.state.state == "staged":  # what runs is the program before
+                _print_brought(sources, link.ask(path, Pull()), answer.sources or [])
             _print_changes(answer.changes)
         case "status":
-            _print_state(link.ask(link.runtime_of(options, sources), Status()).state)
+            answer = link.ask(link.runtime_of(options, sources), Status())
+            _print_state(answer.state, settled.options_of(answer.settings))
         case action:
             message = Act(action=action, owner=link.owner_of(options.sources),
                           limit_ns=getattr(options, "limit", None), force=getattr(options, "force", False))
@@ -71,15 +76,23 @@ def _stage(options: argparse.Namespace, sources: Sources) -> int:
         answer = link.ask(path, message)
     except Invalid as error:
         raise Invalid(declared.placed(error.diagnostics, result), locator(result)) from error
-    project = sources.manifest and shipped.name_of(sources, sources.manifest.source)
-    for key in settled.brought(sources.manifest, dict(theirs).get(project, ""), running.settings):
-        print(f"{'brought':<12}{visible(key)}")
+    _print_brought(sources, running, texts)
     if alike:
         changed = ", ".join(path for path, _ in shipped.differences(texts, theirs))
         say(visible(f"the code is that of the program that runs; its sources have changed: {changed}"))
     _print_changes(answer.changes, kept=False)
     say(f"staged {answer.state.staged[:12]}; `ldc online test` lets it run")
     return 0
+
+
+def _print_brought(sources: Sources, running: Answer, coming: Iterable[tuple[str, str]]) -> None:
+    """A line for every setting that a program brings along. The project file is called as it is here."""
+    if sources.manifest is None:
+        return
+    name = shipped.name_of(sources, sources.manifest.source)
+    before, after = (dict(texts).get(name, "") for texts in (running.sources or [], coming))
+    for key in settled.brought(before, after, running.settings):
+        print(f"{'brought':<12}{visible(key)}")
 
 
 def _message(options: argparse.Namespace, texts: shipped.Texts, running: Answer, result: pipeline.Compiled
@@ -150,8 +163,9 @@ def _print_changes(changes: Changes, kept: bool = True) -> None:
         f"{len(changes.dropped)} dropped")
 
 
-def _print_state(state: State) -> None:
+def _print_state(state: State, options: Sequence[str] = ()) -> None:
     print(f"program  {visible(state.name)}, {state.digest[:12]}, engine {state.engine}")
+    print(f"settings {visible(', '.join((state.settings[:12], *options)))}")
     staged = f" {state.staged[:12]}, client {visible(state.client)}" if state.staged else ""
     print(f"state    {state.state}{staged}")
     if state.state == "testing":

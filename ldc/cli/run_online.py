@@ -62,10 +62,11 @@ def run(options: argparse.Namespace, sources: Sources, result: pipeline.Compiled
     endless = not (options.scans or options.duration)
     scans = None if endless else run_length(options, stimuli, machine)
     follows = options.watch is None and shows(options)
-    settings = settled.fixed(sources.manifest, watch=not follows)
+    settings = {**settled.fixed(sources.manifest, watch=not follows), **settled.told(options)}
     loaded = Loaded(machine, result.image.data, result.image.digest, shipped.texts_of(sources),
-                    systems.together(result), makers(result.program, bindings),
-                    loading.watched(machine, names) if follows else None)
+                    together := systems.together(result), makers(result.program, bindings),
+                    watch := loading.watched(machine, names) if follows else None,
+                    loading.settings_digest(together, watch))
     controller = Controller(loaded)
     affinity = os.sched_getaffinity(0)
 

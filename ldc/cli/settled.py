@@ -1,11 +1,13 @@
 """What of `ldc.toml` a change of the running program brings along, and what stays as the runtime was started
 (docs/online.md, "What of ldc.toml").
 
-The runtime remembers the settings that it was started with and does not change; whoever stages compares.
+The runtime remembers the settings that it was started with and does not change; whoever stages, or asks whether
+what runs is what is here, compares.
 """
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ldc.diagnostics import Diagnostic, Diagnostics
+from ldc.durations import duration_text
 from ldc.manifest import Manifest
 from ldc.source import SourceFile, Span
 from ldc.toml_tables import parse_toml
@@ -45,12 +48,64 @@ def fixed(manifest: Manifest | None, watch: bool = False) -> dict[str, str]:
     return found
 
 
+def told(options: argparse.Namespace) -> dict[str, str]:
+    """What the command line said instead of the project, by option, as it is written there."""
+    values = {"--period": options.period and duration_text(options.period), "--inputs": options.inputs,
+              "--retain": options.retain,
+              "--retain-every": options.retain_every and duration_text(options.retain_every)}
+    return {option: value for option, value in values.items() if value}
+
+
+def options_of(begun: Mapping[str, str]) -> list[str]:
+    """Those of ``told`` that a runtime was started with, as a command line has them."""
+    return [f"{key} {value}" for key, value in begun.items() if key.startswith("--")]
+
+
 def stays(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnostic]:
     """A warning (LD0863) for every setting that is another one than ``begun``, with which the runtime was
     started: the program that runs does not take it."""
-    ours, found = fixed(manifest, watch=True), Diagnostics()
+    found = Diagnostics()
+    for name, label in _differing(manifest, begun):
+        found.warning("LD0863", f"{_shown(name)} stays as it was when the runtime was started",
+                      _span(manifest, name), label,
+                      help="it counts from the next start on; what else has changed can be staged")
+    return list(found)
+
+
+def drift(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnostic]:
+    """An error (LD0866) for every setting here that is not what the runtime was started with."""
+    found = Diagnostics()
+    overridden = {_setting(option) for option in begun if option.startswith("--")}
+    differing = (row for row in _differing(manifest, begun) if row[0] not in overridden)
+    for name, label in (*differing, *_overridden(manifest, begun)):
+        found.error("LD0866", f"{_shown(name)} is not what the runtime was started with",
+                    _span(manifest, name), label, help="it counts from the next start of the runtime on")
+    return list(found)
+
+
+def _overridden(manifest: Manifest | None, begun: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Settings for which the command line said something else."""
+    ours: dict[str, object] = {"--inputs": manifest and manifest.inputs, "--retain": manifest and manifest.retain,
+                               "--period": manifest and manifest.period,
+                               "--retain-every": manifest and manifest.retain_every}
+    for option, here in ours.items():
+        here = duration_text(here) if isinstance(here, int) else str(here or "")
+        if option in begun and begun[option] != here:
+            yield _setting(option), f"it was started with `{option} {begun[option]}`"
+
+
+def _setting(option: str) -> str:
+    """What the project calls an option."""
+    return f"run.{option[2:].replace('-', '_')}"
+
+
+def _differing(manifest: Manifest | None, begun: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """The settings that are other ones than ``begun``, and what is different."""
+    ours = fixed(manifest, watch=True)
     for key, was in begun.items():
         name = key.rstrip("#")
+        if key.startswith("--"):
+            continue  # an option is none of the project
         if ours.get(key, "") == was or name != key and ours.get(name) != begun.get(name):
             continue  # the same; or another file, which was told
         if name != key:
@@ -59,18 +114,13 @@ def stays(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnosti
             label = "it was another one then"
         else:
             label = f"it was {was[:80]} then" if was else "it was not given then"
-        section, _, setting = name.partition(".")
-        found.warning("LD0863", f"{_shown(name)} stays as it was when the runtime was started",
-                      _span(manifest, section, setting), label,
-                      help="it counts from the next start on; what else has changed can be staged")
-    return list(found)
+        yield name, label
 
 
-def brought(manifest: Manifest | None, running: str, begun: Mapping[str, str]) -> list[str]:
-    """The settings that come with the change, as people know them: those that differ from ``running``, the
-    text of the project file of the program that runs, and do not stay."""
-    ours = manifest.source.text if manifest is not None else ""
-    return [_shown(key) for key in changed(running, ours)
+def brought(running: str, coming: str, begun: Mapping[str, str]) -> list[str]:
+    """The settings that come with a change, as people know them: those that differ between the texts of the
+    project files of the program that runs and of the one that is to, and do not stay."""
+    return [_shown(key) for key in changed(running, coming)
             if key not in begun and key.partition(".")[0] not in begun]
 
 
@@ -112,9 +162,10 @@ def _shown(key: str) -> str:
     return f"[{key}]" if section in _NAMED else f"[{section}] {name}"
 
 
-def _span(manifest: Manifest | None, section: str, name: str) -> Span | None:
+def _span(manifest: Manifest | None, key: str) -> Span | None:
     """Where the setting stands; else where its table, else the file begins."""
     if manifest is None:
         return None
+    section, _, name = key.partition(".")
     entry = manifest.spans.get((section, name)) or manifest.spans.get((section,))
     return entry.value if entry else Span(manifest.source, 0, 0)

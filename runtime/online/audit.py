@@ -23,11 +23,11 @@ class Audit:
         self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
         self._warn, self._lost = warn, 0
 
-    def event(self, event: Event) -> None:
-        """An event of the controller."""
+    def event(self, event: Event, settings: str) -> None:
+        """An event of the controller; ``settings``: digest of those that count from then on."""
         codes = [fault.code for fault in event.faults]
         self.line(event.action, scan=event.scan, t_ns=event.now_ns, program=event.digest,
-                  client=client_name(event.owner), detail=event.detail, codes=codes)
+                  settings=settings, client=client_name(event.owner), detail=event.detail, codes=codes)
 
     def line(self, action: str, **more: object) -> None:
         """One line; ``time`` is UTC."""

@@ -38,7 +38,8 @@ Sources = tuple[tuple[str, str], ...]
 class Loaded:
     """A program ready to run: its machine, image (bytes, and SHA-256 of what runs) and sources. ``together``:
     how its modules work together; ``makers``: how its algorithms are made, by unit; ``watch``: what is
-    shown while it runs, as people call it and by its full path; None: whatever was before."""
+    shown while it runs, as people call it and by its full path; None: whatever was before. ``settings``:
+    SHA-256 of what comes with a program beside its code (``loading.settings_digest``)."""
 
     machine: Machine
     image: bytes
@@ -47,6 +48,7 @@ class Loaded:
     together: Coordination = Coordination()
     makers: Mapping[str, Maker] = field(default_factory=dict)
     watch: tuple[tuple[str, str], ...] | None = None
+    settings: str = ""
 
 
 @record

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import hashlib
+import json
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -12,7 +14,7 @@ from ldc.diagnostics import Invalid
 from ldc.il import block
 from ldc.il import image as il_image
 from ldc.il.coordination import Coordination
-from ldc.il.coordination_image import unpack
+from ldc.il.coordination_image import pack, unpack
 from ldc.il.external import Binding, Shared
 from ldc.il.program import Program
 from runtime.machine import Machine
@@ -79,7 +81,14 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
         raise
     except Exception as error:  # the bytes can be anything, and the running program must go on
         raise findings.refused(findings.unusable(f"{type(error).__name__}: {error}"[:300])) from error
-    return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms, watch)
+    return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms, watch,
+                  settings_digest(together, watch))
+
+
+def settings_digest(together: Coordination, watch: Iterable[tuple[str, str]] | None) -> str:
+    """SHA-256 of how modules work together and what is shown: the digest of a program is of its code alone."""
+    shown = None if watch is None else [path for _, path in watch]
+    return hashlib.sha256(pack(together) + b"\0" + json.dumps(shown).encode()).hexdigest()
 
 
 def watched(machine: Machine, names: Iterable[str]) -> tuple[tuple[str, str], ...]:

@@ -7,6 +7,7 @@ thread that runs them (``serve``).
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import os
 import queue
 import socket
@@ -54,6 +55,7 @@ class Server:
         self.controller, self.path, self.name = controller, path, name
         self._audit, self._limits, self._say, self._begin = audit, limits, say, begin
         self._last, self._pause, self._settings = "", 0, dict(settings)
+        self._begun = hashlib.sha256(repr(sorted(settings.items())).encode())
         self.waits: Callable[[], str] = str  # what the sequence waits for; whoever has one tells
         self._jobs: queue.SimpleQueue[tuple[Future, Callable[[], object]]] = queue.SimpleQueue()
         self._room = threading.Semaphore(_CLIENTS)
@@ -65,7 +67,7 @@ class Server:
         controller.note = self._note
         self._thread = threading.Thread(target=self._accept, name="online", daemon=True)
         self._thread.start()
-        self._audit.line("started", program=controller.running.digest, name=name)
+        self._audit.line("started", program=controller.running.digest, settings=self._digest(), name=name)
 
     def close(self) -> None:
         """No further requests; those that wait are answered by the end of their connection."""
@@ -110,7 +112,7 @@ class Server:
         self._pause += time.perf_counter_ns() - begin
 
     def _note(self, event: Event) -> None:
-        self._audit.event(event)
+        self._audit.event(event, self._digest())
         self._last = f"{event.action}: {event.detail}" if event.action == "reverted" else event.action
         self._say(f"online change, scan {event.scan}: {self._last}")
 
@@ -157,7 +159,7 @@ class Server:
     def _answer(self, request: Request) -> Answer:
         match request:
             case Status():
-                return self._between(lambda: Answer(state=self._state()))
+                return self._between(lambda: Answer(state=self._state(), settings=self._settings))
             case Pull():
                 return self._between(self._pulled)
             case Report():
@@ -231,7 +233,13 @@ class Server:
         client = client_name(controller.staged.owner) if controller.staged else ""
         return State(self.name, engine_of(machine), controller.state, controller.running.digest, staged,
                      machine.scans, machine.now_ns, left, faults, machine.resource, areas_of(machine),
-                     client, self._last, self._pause, self.waits())
+                     client, self._last, self._pause, self.waits(), self._digest())
+
+    def _digest(self) -> str:
+        """Of the settings of what runs: those that came with it, and those that the runtime was started with."""
+        made = self._begun.copy()
+        made.update(self.controller.running.settings.encode())
+        return made.hexdigest()
 
     def _pulled(self) -> Answer:
         running = self.controller.running
@@ -247,7 +255,7 @@ class Server:
     def _changes(self, staged: Staged) -> Answer:
         plan = staged.plan
         changes = Changes(list(plan.kept), list(plan.initialised), list(plan.dropped))
-        return Answer(state=self._between(self._state), changes=changes)
+        return Answer(state=self._between(self._state), changes=changes, sources=list(staged.new.sources))
 
 
 @contextmanager

@@ -145,7 +145,8 @@ class Finding(msgspec.Struct, forbid_unknown_fields=True):
 class State(msgspec.Struct, forbid_unknown_fields=True):
     """``state``: running, staged or testing; ``left_ns``: of a test. ``last``: how the last change ended.
     ``client``: who staged a program, by the name that the audit log has too. ``waits``: what the
-    sequence waits for, in words."""
+    sequence waits for, in words. ``settings``: digest of all that ldc.toml and the command line say of what
+    runs."""
 
     name: str
     engine: str
@@ -162,6 +163,7 @@ class State(msgspec.Struct, forbid_unknown_fields=True):
     last: str = ""
     pause_ns: int = 0
     waits: str = ""
+    settings: str = ""
 
 
 class Changes(msgspec.Struct, forbid_unknown_fields=True):
