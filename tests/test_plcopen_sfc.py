@@ -254,6 +254,58 @@ def test_what_one_vendor_puts_into_steps_has_no_final_execution(guid: str, on: s
     assert trace(text, "n", go="0100000", back="0000100") == [on]
 
 
+INNER = (step(1, "Low", 4, initial=True) + does(9, 1, act(named("Level"))) + way(2, 1, when("go"))
+         + step(3, "High", 2) + does(10, 3, act(named("z")), act('<inline><ST>k := k + 1;</ST></inline>'))
+         + way(4, 3, when("High.T &gt;= T#20ms")))
+LEVEL = f"<LD>{rail()}{contact(2, 'back', 1, edge='rising')}{coil(3, 'y', 2)}</LD>"
+
+
+def outer(inner: str, **actions: str) -> str:
+    """On and off by `x`; while it is on, a chart is executed."""
+    return chart(step(1, "Rest", 4, initial=True), way(2, 1, named("x")), step(3, "Busy", 2),
+                 does(5, 3, act(named("Nested"))), way(4, 3, when("NOT x")),
+                 actions={"Nested": f"<SFC>{inner}</SFC>", **actions})
+
+
+def test_a_chart_inside_of_an_action_stands_still_while_that_is_not_executed() -> None:
+    """It is executed while the step is active, and once more when that ends; then it goes on where it was."""
+    xml = outer(INNER, Level=LEVEL)
+    assert codes(xml) == []
+    x, go, back = "01110000111111", "00010000000000", "01011111001000"
+    assert trace(xml, "Busy.X y z k", x=x, go=go, back=back) == [
+        "01110000111111", "01011111001000", "00011111000000", "00012222333333"]
+
+
+def test_a_timer_of_a_chart_inside_of_an_action_goes_with_it() -> None:
+    text = INNER.replace("k := k + 1;", "k := k + 1; warm(IN := go, PT := T#20ms); q := warm.Q;")
+    assert trace(outer(text, Level=LEVEL), "q k", x="0111111111", go="0001111111") == ["0000011111", "0001234567"]
+    other = outer(text, Level=LEVEL).replace("NOT x", "NOT warm.Q")
+    assert codes(other) == ["LD0217"]
+
+
+def test_a_chart_inside_of_an_action_may_hold_another_one_but_not_itself() -> None:
+    deeper = step(1, "A", 4, initial=True) + way(2, 1, when("go")) + step(3, "B", 2) + does(
+        9, 3, act(named("Deep"))) + way(4, 3, when("FALSE"))
+    xml = outer(deeper, Deep=f"<SFC>{INNER}</SFC>", Level=LEVEL)
+    assert codes(xml) == []
+    names = [pou.name for pou in compiled(xml).model.pous.values()]
+    assert [name for name in names if name.startswith("main_")] == ["main_Nested_Deep", "main_Nested"]
+    for inner, more in ((deeper.replace("Deep", "Nested"), {}), (deeper, {"Deep": f"<SFC>{deeper}</SFC>"}),
+                        (deeper, {"Deep": f"<SFC>{deeper.replace('Deep', 'Nested')}</SFC>"})):
+        found = [d for d in compiled(outer(inner, **more)).diagnostics if d.severity.name == "ERROR"]
+        assert [d.code for d in found] == ["LD0145"]
+        assert "names the action that it is inside of" in found[0].message
+
+
+def test_a_chart_inside_of_an_action_in_il_is_told_and_inputs_are_inputs_of_it() -> None:
+    assert "LD0145" in codes(outer(INNER, Level="<IL>LD go\nST y</IL>"))
+    xml = outer(INNER, Level=LEVEL).replace(
+        variables("go : BOOL"), f"</localVars><inputVars>{variables('go : BOOL')}</inputVars><localVars>")
+    made = compiled(xml)
+    assert made.image is not None
+    assert [v.name for v in made.model.pous["MAIN_NESTED"].signature.inputs] == ["go"]
+
+
 def test_a_drawn_condition_does_not_take_the_name_of_a_transition() -> None:
     """`transition_1` is what a condition without a name is called, and what a transition may be called."""
     xml = chart(step(1, "One", 4, initial=True), rail(7), contact(8, "go", 7),
@@ -299,7 +351,7 @@ WRONG = [
     (two('<connectionPointIn><connection refLocalId="3"/></connectionPointIn>'), ["LD0144"]),
     (chart(step(1, "A", None, True), way(2, 1, named("go")), way(3, 2, named("x")), jump(4, "A", 3)),
      ["LD0144", "LD0144", "LD0144"]),
-    (two(named("go"), does(9, 3, act(named("a"))), actions={"a": "<SFC></SFC>"}), ["LD0145"]),
+    (two(named("go"), does(9, 3, act(named("a"))), actions={"a": "<SFC></SFC>"}), ["LD0226"]),
     (two(named("go"), step(9, "W", more=vendor("01580b27-6378-448b-8ecb-0e4b795b58d6", "TRUE"))), ["LD0145"]),
     (chart(), ["LD0226"]),
 ]

@@ -10,12 +10,13 @@ from ldc.patterns import Pattern
 from ldc.source import Span
 
 _OF_TC6 = frozenset("""
-    address alias attribute author companyName companyURL connectionPointOutId constant contentDescription
-    creationDateTime direction duration edge executionOrderId formalParameter globalId handleUnknown height
-    hidden indicator initialStep instanceName instancePathAndName interval label language length localId lower
-    modificationDateTime name negated negatedIn negatedOut nonpersistent nonretain organization persistent
-    pouType priority productName productRelease productVersion qualifier refLocalId repetitionValue retain
-    single storage targetName type typeName upper value version width x y WorksheetName xmlns""".split())
+    address alias attribute author companyName companyURL connectionPointOutId constant
+    contentDescription creationDateTime direction duration edge edgeIn edgeOut executionOrderId
+    formalParameter globalId handleUnknown height hidden indicator initialStep instanceName
+    instancePathAndName interval label language length localId lower modificationDateTime name negated
+    negatedIn negatedOut nonpersistent nonretain organization persistent pouType priority productName
+    productRelease productVersion qualifier refLocalId repetitionValue retain single storage storageIn
+    storageOut targetName type typeName upper value version width x y WorksheetName xmlns""".split())
 """Of versions 1.0 to 2.01, with those that all editors write beside them and that are read."""
 _NAME = Pattern(r"""\s(?!(?:localId|refLocalId|formalParameter|x|y|width|height|name)=)
     ([^\s=<>"'/]++)\s*+=\s*+["']""", re.VERBOSE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Set
 from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
@@ -25,12 +25,14 @@ _EXCLUDED = "01580b27-6378-448b-8ecb-0e4b795b58d6"
 
 
 class Parts:
-    """``drawn(node, name, holder)`` reads a body in LD or FBD. ``inline``: actions without a name of their
-    own, which are known when the steps were read."""
+    """``drawn(node, name, holder)`` reads a body in LD or FBD, ``nested`` a chart likewise. ``inline``:
+    actions without a name of their own, which are known when the steps were read."""
 
     def __init__(self, pou: Node, body: Node, steps: Mapping[str, Node], where: str,
-                 drawn: Callable[[Node, str, Node], ast.LadderBody], diagnostics: Diagnostics) -> None:
-        self.pou, self.body, self.where, self.drawn, self.diagnostics = pou, body, where, drawn, diagnostics
+                 drawn: Callable[[Node, str, Node], ast.LadderBody],
+                 nested: Callable[[Node, str, Node], st.StatementBody], diagnostics: Diagnostics) -> None:
+        self.pou, self.body, self.where, self.diagnostics = pou, body, where, diagnostics
+        self.drawn, self.nested = drawn, nested
         self._steps = steps
         self.inline: list[sfc.Action] = []
         declared = (node for node in pou.descendants("variable"))
@@ -63,8 +65,8 @@ class Parts:
 
     # ---- bodies
 
-    def _body(self, holder: Node, name: str) -> sfc.Body | None:
-        """The first body that says something; empty when none does."""
+    def _body(self, holder: Node, name: str, action: bool = True) -> sfc.Body | None:
+        """The first body that says something; empty when none does. Not of an ``action``: of a condition."""
         for node in bodies.languages(holder):
             if node.tag == "ST":
                 return statements(node.body, self.diagnostics)
@@ -72,14 +74,17 @@ class Parts:
                 return ast.TextBody("IL", node.body)
             if node.tag in bodies.GRAPHICAL:
                 return self.drawn(node, name, holder)
+            if node.tag == "SFC" and action:
+                return self.nested(node, name, holder)
             if node.tag == "SFC":
-                self._unsupported(node.span, f"{name} is a chart inside of a chart", "an SFC",
-                                  "make it a function block, and call that")
+                self._unsupported(node.span, f"the condition {name} is a chart", "an SFC",
+                                  "write it as an expression")
                 return None
         return ast.LadderBody((), Span(holder.span.source, holder.stop, holder.stop))
 
-    def actions(self) -> tuple[sfc.Action, ...]:
-        """The actions of the POU, in their order."""
+    def actions(self, elsewhere: Set[str]) -> tuple[sfc.Action, ...]:
+        """The actions of the POU, in their order, without those ``elsewhere``: which only charts inside of
+        actions name, in capitals."""
         for node in self._steps.values():
             for qualifier, name, _ in self._vendor(node):
                 if qualifier == "N":
@@ -93,6 +98,8 @@ class Parts:
                               "one of two", "only the second is executed once more at its end: make it two")
         made = []
         for key, node in self._actions.items():
+            if key in elsewhere:
+                continue
             holder, name = node.find("body"), self._names[key]
             body = self._body(holder, name) if holder is not None else None
             if body is not None:
@@ -220,7 +227,7 @@ class Parts:
         if text is not None:
             found = parse_expression(text.source, text.start, text.end, self.diagnostics)
             return _maybe_not(found, condition), None
-        body = self._body(holder, name)
+        body = self._body(holder, name, action=False)
         return (None, None) if body is None else self._named(body, name, condition)
 
     def _named(self, body: sfc.Body, name: str, condition: Node) -> tuple[sfc.Body | None, str]:

@@ -2,7 +2,7 @@
 
 A function block has no EN of its own. One that is drawn with EN becomes an instance of `TYPE_EN`, which
 calls the block inside of it when EN is TRUE; statements that are drawn as a block become a function block
-too, which gets the variables that they use.
+too, which gets the variables that they use, and so does a chart inside of an action.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Set
 from functools import cache
 
 from ldc.library import blocks
-from ldc.parser import ast
+from ldc.parser import ast, sfc
 from ldc.parser import statements as st
 from ldc.records import entity, field, replace
 from ldc.source import Span
@@ -28,7 +28,8 @@ class Additions:
     POU; ``retyped``: other types for these;
     ``numbers``: types of the variables that are integers or bit strings, when they may be mixed;
     ``prefix``: of the names of function blocks that are made; ``added``: names of instances, in capitals;
-    ``actions``: names in capitals of the actions in the file that may be called."""
+    ``actions``: names in capitals of the actions in the file that may be called; ``fixed``: those of the
+    variables that the POU may not write."""
 
     interfaces: dict[str, Pins] = field(default_factory=dict)
     local: Mapping[str, ast.VarDecl] = field(default_factory=dict)
@@ -40,6 +41,12 @@ class Additions:
     added: set[str] = field(default_factory=set)
     numbers: Mapping[str, Elementary] = field(default_factory=dict)
     actions: Set[str] = frozenset()
+    fixed: Set[str] = frozenset()
+
+    def inside(self) -> Additions:
+        """For a body that becomes a function block of its own: what it needs is declared there."""
+        return Additions(self.interfaces, self.local, [], self.retyped, self.pous, self.prefix,
+                         self.functions, set(), self.numbers, self.actions, self.fixed)
 
     def has_pin(self, type_: str, pin: str) -> bool:
         """Whether a function block of the project declares a pin of this name."""
@@ -76,6 +83,31 @@ class Additions:
         self.variables.append(_declare(instance, name, span))
         return [ast.Pin(v.name, ast.Name(v.name, span), False, span) for v in found.values()]
 
+    def chart(self, name: str, wanted: str, body: sfc.SfcBody, own: list[ast.VarDecl], others: Set[str],
+              span: Span) -> st.StatementBody:
+        """A function block that is a chart, and the call of an instance of it. It has the variables ``own``,
+        and is given those of the POU that it uses; but instances that no ``others`` use are its own too."""
+        used = {n.name.upper() for n in nodes(body, ast.Name)} - {v.name.upper() for v in own}
+        found = {key: replace(declared, location=None, initial=None, edge=None)
+                 for key, declared in self.local.items() if key in used}
+        own = [*own, *(found.pop(key) for key in list(found) if key not in others and self._is_instance(key))]
+        pins = {"VAR_INPUT": tuple(v for key, v in found.items() if key in self.fixed),
+                "VAR_IN_OUT": tuple(v for key, v in found.items() if key not in self.fixed),
+                "VAR": tuple(own)}
+        sections = tuple(ast.VarBlock(kind, (), group, span) for kind, group in pins.items() if group)
+        self.pous[name.upper()] = ast.Pou("FUNCTION_BLOCK", name, None, None, retype(sections, self.retyped),
+                                          body, span, span)
+        instance = self.fresh(wanted)
+        self.variables.append(_declare(instance, name, span))
+        given = tuple(ast.Argument(v.name, ast.Name(v.name, span), False, span) for v in found.values())
+        return st.StatementBody((st.Invoke(ast.Name(instance, span), given, span),), span)
+
+    def _is_instance(self, variable: str) -> bool:
+        """Whether a variable of the POU is an instance of a function block."""
+        type_ = self.local[variable].type
+        name = type_.name.upper() if isinstance(type_, ast.NamedType) else ""
+        return name in self.interfaces or blocks.signature(name) is not None
+
     def remarks(self, pou: str) -> Iterator[ast.Remark]:
         """What became of the variables of a POU, for the report of an import."""
         for made in self.variables:
@@ -87,7 +119,8 @@ class Additions:
 
 def added(pou: ast.Pou) -> ast.Remark:
     """That a function block was added, for the report of an import."""
-    return ast.Remark("added", pou.name, "a function block that is called with EN", pou.name_span)
+    what = "the chart of an action" if isinstance(pou.body, sfc.SfcBody) else "called with EN"
+    return ast.Remark("added", pou.name, f"a function block, {what}", pou.name_span)
 
 
 def pins_of(sections: tuple[ast.VarBlock, ...]) -> Pins:

@@ -32,7 +32,7 @@ from ldc.parser.plcopen.conversions import written_out
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.guarded import Additions, added, pins_of, retype
 from ldc.parser.plcopen.lists import Lists, are_named
-from ldc.parser.plcopen.sfc import ChartReader
+from ldc.parser.plcopen.sfc import ChartReader, nested
 from ldc.parser.plcopen.structured import statements
 from ldc.parser.sfc import Action, Body, SfcBody
 from ldc.parser.statements import StatementBody
@@ -179,8 +179,11 @@ def _pous(
         local = {v.name.upper(): v for section in head.sections for v in section.variables}
         seen = kinds.Numbers((*shared, *local.values()), members)
         seen = seen if kinds.may_mix((*seen.values(), *parts)) else {}
-        more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen, actions=actions)
-        bodies = [_body(node, head.name, more, diagnostics) for node in (head.node, *head.actions)]
+        fixed = frozenset(v.name.upper() for section in head.sections for v in section.variables
+                          if section.kind == "VAR_INPUT" or "CONSTANT" in section.qualifiers)
+        more = Additions(interfaces, local, pous=made, functions=functions, numbers=seen, actions=actions,
+                         fixed=fixed)
+        bodies = [_body(node, head, more, diagnostics) for node in (head.node, *head.actions)]
         reading.remarks += more.remarks(head.name)
         for at, one in enumerate(bodies):
             if isinstance(one, StatementBody | SfcBody):
@@ -201,18 +204,21 @@ def _pous(
 
 
 def _body(
-    pou: Node, name: str, more: Additions, diagnostics: Diagnostics
+    pou: Node, head: _Head, more: Additions, diagnostics: Diagnostics
 ) -> Body | SfcBody:
-    """The first body that says something. A POU keeps its interface when its body cannot be read."""
+    """The first body that says something in a POU or an action of it. A POU keeps its interface when its body
+    cannot be read."""
     for holder in pou.all("body"):
         for node in bodies.languages(holder):
             if node.tag in bodies.GRAPHICAL:
-                return ladder(node, name, more, diagnostics, holder)
+                return ladder(node, head.name, more, diagnostics, holder)
             if node.tag == "IL":
                 return ast.TextBody(node.tag, node.body)
             if node.tag == "ST":
                 return statements(node.body, diagnostics, more if pou.get("pouType") != "function" else None)
+            if node.tag == "SFC" and pou is head.node:
+                return ChartReader(pou, holder, node, head.name, more, diagnostics).chart()
             if node.tag == "SFC":
-                return ChartReader(pou, holder, node, name, more, diagnostics).chart()
+                return nested(head.node, node, pou.get("name").strip(), holder, head.name, more, diagnostics)
     at = pou.find("body") or pou
     return ast.LadderBody((), Span(at.span.source, at.stop, at.stop))

@@ -6,34 +6,39 @@ from a step to the transitions above it, through divergences and convergences.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
-from ldc.parser.plcopen import additional, boxes, findings, kept, texts
+from ldc.parser.plcopen import additional, boxes, findings, invocations, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
+from ldc.parser.plcopen.conversions import written_out
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import CALLED, ELEMENTS, Drawing, is_call
 from ldc.parser.plcopen.guarded import Additions
+from ldc.parser.statements import StatementBody
+from ldc.patterns import Pattern
 from ldc.source import Span
 
 _JOINTS = ("selectionDivergence", "selectionConvergence", "simultaneousDivergence", "simultaneousConvergence")
 _CHART = ("step", "transition", "jumpStep", "actionBlock", *_JOINTS)
 _FLAGS = frozenset(("SFCINIT", "SFCRESET", "SFCERROR", "SFCENABLELIMIT", "SFCERRORSTEP", "SFCERRORPOU",
                     "SFCQUITERROR", "SFCPAUSE", "SFCTRANS", "SFCCURRENTSTEP", "SFCTIP", "SFCTIPMODE"))
+_WORD = Pattern(r"[A-Za-z_]\w*+", re.ASCII)
 _NOTES = ("comment", "vendorElement", "documentation", "addData", "label", "rightPowerRail")
 
 
 class ChartReader:
     """Reads the chart ``body`` in ``holder`` of the POU ``pou``. ``where`` names the POU in messages;
-    ``more`` takes what drawings need beside what is declared; ``unread``: elements that were told to be
-    none."""
+    ``more`` takes what drawings need beside what is declared; ``around``: names in capitals of the actions
+    that the chart is inside of; ``unread``: elements that were told to be none."""
 
     def __init__(self, pou: Node, holder: Node, body: Node, where: str, more: Additions,
-                 diagnostics: Diagnostics) -> None:
+                 diagnostics: Diagnostics, around: tuple[str, ...] = ()) -> None:
         self.pou, self.holder, self.body, self.where, self.more = pou, holder, body, where, more
-        self.diagnostics = diagnostics
+        self.diagnostics, self.around = diagnostics, around
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
         self._calls: dict[int, Node] = {}
@@ -47,7 +52,7 @@ class ChartReader:
                 findings.unsupported(diagnostics, node.span, message, "drawn here",
                                      "draw the steps that it stands for")
         steps = {node.get("localId").strip(): node for node in body.all("step")}
-        self.parts = Parts(pou, body, steps, where, self._drawn, diagnostics)
+        self.parts = Parts(pou, body, steps, where, self._drawn, self._nested, diagnostics)
         found = [holder for tag in ("actions", "transitions") for holder in pou.all(tag)]
         ends = [(node.start, node.end) for node in (*found, body)]
         self.span = Span(body.span.source, min(start for start, _ in ends), max(end for _, end in ends))
@@ -66,11 +71,16 @@ class ChartReader:
     def _drawn(self, node: Node, name: str, holder: Node) -> ast.LadderBody:
         return ladder(node, f"{self.where}.{name}", self.more, self.diagnostics, holder)
 
+    def _nested(self, node: Node, name: str, holder: Node) -> StatementBody:
+        return nested(self.pou, node, name, holder, self.where, self.more, self.diagnostics, self.around)
+
     # ---- the whole
 
     def chart(self) -> sfc.SfcBody:
-        self._tell_flags()
-        actions = self.parts.actions()
+        if not self.around:
+            self._tell_flags()
+        elsewhere = _needed(self.pou, self.body) - _named(self.body)
+        actions = self.parts.actions(elsewhere)
         transitions = tuple(kept.transitions(self.holder, list(self._transitions())))
         calls = self._called()
         steps = self.parts.steps(calls[0].name if calls else None)
@@ -232,6 +242,68 @@ class ChartReader:
             return ()
         body, span = rungs_of(self._of(self._calls.values()), self.diagnostics), self.body.span
         return (sfc.Action(self.parts.fresh("blocks"), body, span, span),)
+
+
+def nested(pou: Node, node: Node, name: str, holder: Node, where: str, more: Additions,
+           diagnostics: Diagnostics, around: tuple[str, ...] = ()) -> StatementBody:
+    """The chart ``node`` that is the body of an action of a POU: the call of a function block, which has the
+    actions that the chart names, and stands still while the action is not executed."""
+    where = f"{where}.{name}"
+    named = _needed(pou, node)
+    if not named.isdisjoint((name.upper(), *around)):
+        message = f"{where}: a chart names the action that it is inside of"
+        findings.unsupported(diagnostics, node.span, message, "an SFC",
+                             "make it a function block, and call that")
+        return StatementBody((), node.span)
+    parts = [part if part.tag != "actions" else part.like("actions", [
+        action for action in part.children if action.get("name").strip().upper() in named])
+        for part in pou.children]
+    inside = more.inside()
+    own = pou.like(pou.tag, parts)
+    chart = ChartReader(own, holder, node, where, inside, diagnostics, (*around, name.upper())).chart()
+    if any(isinstance(body, ast.TextBody) for body in sfc.bodies(chart)):
+        message = f"{where}: a chart inside of an action has a body in IL"
+        findings.unsupported(diagnostics, node.span, message, "an SFC", "write the body in Structured Text")
+        return StatementBody((), node.span)
+    chart = invocations.standard(chart, more.local, more.interfaces)
+    if more.numbers:
+        pins = invocations.numbers(more.local, more.interfaces)
+        chart = written_out(chart, more.numbers, pins, diagnostics)
+    return more.chart(texts.label(where, "chart"), f"{name}_chart", chart, inside.variables,
+                      _words(pou, {name.upper(), *named}), node.span)
+
+
+def _named(chart: Node) -> set[str]:
+    """Names in capitals of the actions that a chart may name."""
+    return ({found.get("name").strip().upper() for found in chart.descendants("reference")}
+            | {found.content.text.upper() for found in chart.descendants("attribute")})
+
+
+def _needed(pou: Node, chart: Node) -> set[str]:
+    """The same, with those of the charts that are in actions which it names."""
+    known = {action.get("name").strip().upper(): action
+             for holder in pou.all("actions") for action in holder.all("action")}
+    found: set[str] = set()
+    work = list(_named(chart))
+    while work:
+        name = work.pop()
+        if name not in found:
+            found.add(name)
+            work += [one for inner in _charts(known.get(name)) for one in _named(inner)]
+    return found
+
+
+def _charts(action: Node | None) -> Iterator[Node]:
+    for holder in action.all("body") if action is not None else ():
+        yield from holder.all("SFC")
+
+
+def _words(pou: Node, without: set[str]) -> frozenset[str]:
+    """The words in the bodies of a POU, in capitals, but not in actions of these names."""
+    parts = [part for holder in pou.all("actions") for part in holder.all("action")
+             if part.get("name").strip().upper() not in without]
+    parts += pou.all("body", "transitions")
+    return frozenset(word.upper() for part in parts for word in _WORD.findall(part.whole.text))
 
 
 def _points(node: Node) -> Iterator[Node]:
