@@ -7,6 +7,7 @@
 [safe]        output = value that it takes after a fault
 [run]         period, watch, inputs, retain, retain_every
 [cost]        instruction, ...: what execution takes in virtual time (docs/scheduling.md)
+[watchdogs]   slave1, ...: what the algorithms of a period may take there
 
 The tables of how modules work together are in `ldc/coordination.py`.
 """
@@ -94,6 +95,7 @@ class CostTable(Struct):
 class Manifest:
     """A project file, checked. Durations are nanoseconds; globs and paths are as written, relative to
     `folder`. `processors`: name to role. `cost`: keys of `[cost]` that are given, None: no such table.
+    `watchdogs`: of slaves, by their numbers.
     `spans`: where the keys stand, for findings of later stages."""
 
     source: SourceFile
@@ -113,6 +115,7 @@ class Manifest:
     retain_every: int | None
     coordination: CoordinationSettings
     cost: dict[str, int | dict[str, int]] | None
+    watchdogs: dict[int, int]
     spans: dict[tuple[str | int, ...], Entry] = field(repr=False)
 
     @property
@@ -199,7 +202,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         return None
     before = len(diagnostics)
     tables = Tables(source, data, diagnostics)
-    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run", "cost",
+    tables.check_sections(("project", "processors", "tasks", "memory", "safe", "run", "cost", "watchdogs",
                            *coordination.SECTIONS))
     project = tables.table(("project",), ProjectTable)
     memory = tables.table(("memory",), MemoryTable)
@@ -218,6 +221,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
     cost = _cost(tables) if "cost" in data else None
     _check_modules(tables, project.modules)
     _check_processors(tables, processors)
+    watchdogs = _watchdogs(tables, processors)
     if len(diagnostics) > before:
         return None
     for task in tasks:
@@ -243,6 +247,7 @@ def load_manifest(source: SourceFile, folder: Path, diagnostics: Diagnostics) ->
         retain_every,
         together,
         cost,
+        watchdogs,
         tables.spans,
     )
 
@@ -270,6 +275,24 @@ def _cost(tables: Tables) -> dict[str, int | dict[str, int]]:
     algorithms = {unit: _duration(tables, ("cost", "algorithms", unit), text)
                   for unit, text in table.algorithms.items()}
     return {**found, "algorithms": algorithms} if algorithms else found
+
+
+def _watchdogs(tables: Tables, processors: Mapping[str, str]) -> dict[int, int]:
+    """How long all algorithms that are due together on a slave may take, in ns, by its number."""
+    given = tables.mapping("watchdogs")
+    if not given:
+        return {}
+    from ldc.components.pace import slaves  # most projects name no slave
+
+    known, found = {f"slave{number}": number for number in sorted(slaves(processors))}, {}
+    for name, value in given.items():
+        path = ("watchdogs", name)
+        if name.lower() not in known:
+            tables.wrong(path, f"`{name}` is no slave of this project",
+                         f"slaves: {', '.join(known) or 'none'}; tasks of the master have `watchdog` in [tasks]")
+            continue
+        found[known[name.lower()]] = _duration(tables, path, tables.value(path, value, Name))
+    return found
 
 
 def _duration(tables: Tables, path: tuple[str, ...], text: str) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from runtime.cost import Cost
+from runtime.faults import TaskTooLong
 from runtime.master.part import MasterPart
 from runtime.protocol.meter import Meter
 from runtime.scheduler.thread import Work
@@ -39,8 +40,10 @@ def communication(cost: Cost | None, part: MasterPart | SlavePart, told: Action)
     return in_pieces
 
 
-def algorithms(cost: Cost | None, part: SlavePart, told: Action) -> Work:
-    """The work of an algorithm thread. ``told``: a transfer is open."""
+def algorithms(cost: Cost | None, part: SlavePart, told: Action, clock: Callable[[], int],
+               limit: int | None) -> Work:
+    """The work of an algorithm thread. ``told``: a transfer is open. ``limit``: ns by ``clock`` that it may
+    last from its begin, the time in which it is pre-empted included; longer is a fault."""
     def at_once(now: int) -> None:
         if part.execute():
             told()
@@ -49,12 +52,16 @@ def algorithms(cost: Cost | None, part: SlavePart, told: Action) -> Work:
         return at_once
 
     def in_pieces(now: int) -> Iterator[int]:
-        due = part.due()
+        due, began = part.due(), clock()
         opened = part.execute()
         for placed in due:
             spent = cost.of_unit(placed.unit)
             if spent:
                 yield spent
+            if limit is not None and (lasts := clock() - began) > limit:
+                part.overdue(TaskTooLong(lasts, limit))
+                opened = True
+                break
         if opened:
             told()
 

@@ -111,7 +111,8 @@ class System:
     ``slaves``: numbers of slaves that are there though they have none. ``events``: what units did; ``log``:
     of the scheduler; ``seen`` is told what the invariants of SPEC 5 ask for: snapshots, accesses to shared
     memory, what slaves took and executed. The time is that of the master's machine. ``cost``: what code,
-    transfers and algorithms take, None: no time; ``watchdogs``: of its tasks, as of Executions."""
+    transfers and algorithms take, None: no time; ``watchdogs``: of its tasks, as of Executions;
+    ``slave_watchdogs``: what the algorithms of a slave may take together, in ns by its number."""
 
     def __init__(self, runner: Machine | Controller, placed: Sequence[Placed], makers: Mapping[str, Maker],
                  coordination: Coordination, field: Field, *, slaves: Iterable[int] = (),
@@ -119,7 +120,8 @@ class System:
                  plant_ns: int = 1_000_000, wiring: Wiring | None = None,
                  events: Events | None = None, log: MutableSequence[Entry] | None = None,
                  seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
-                 watchdogs: Mapping[str, int] | None = None) -> None:
+                 watchdogs: Mapping[str, int] | None = None,
+                 slave_watchdogs: Mapping[int, int] = {}) -> None:
         self.shared = bytearray(shared_size())
         self._silences = getattr(plant, "silences", None)
         self._kept: Mapping[str, Retained] = {}  # what algorithms had when it was saved last
@@ -134,7 +136,7 @@ class System:
         self._ready: dict[bool, _Deployed] = {}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
-        self._cost = cost
+        self._cost, self._slave_watchdogs = cost, slave_watchdogs
         self._executions = None if cost is None else Executions(self.machine, watchdogs or {}, self.now)
         threads = self._emergency, self._communication, *_ = self._master_threads()
         self._slaves: list[_Slave] = []
@@ -289,7 +291,8 @@ class System:
             return work if self._silences is None else lambda now: None if slave.off else work(now)
 
         communication = spending.communication(self._cost, part, served)
-        algorithm = spending.algorithms(self._cost, part, opened)
+        algorithm = spending.algorithms(self._cost, part, opened, self.now,
+                                        self._slave_watchdogs.get(part.number))
         slave = _Slave(part, self.shared, powered(lambda now: part.emergency()), powered(communication),
                        powered(algorithm), overdue)
         return slave

@@ -279,6 +279,11 @@ def test_a_printed_duration_reads_back(nanoseconds: int) -> None:
     ('[processors]\nmain = "master"\nSLAVE0 = "slave"\n', "`SLAVE0` is no number of a slave"),
     ('[processors]\nmain = "master"\na = "slave"\nb = "slave"\nc = "slave"\nd = "slave"\nslave1 = "slave"\n',
      "`d` is one slave too many: a project has 4 at most"),
+    ('[processors]\nmain = "master"\naxis = "slave"\n[watchdogs]\nSLAVE1 = "1ms"\naxis = "1ms"\n',
+     "`axis` is no slave of this project"),
+    ('[watchdogs]\nslave1 = "1ms"\n', "`slave1` is no slave of this project"),
+    ('[processors]\nmain = "master"\nslave1 = "slave"\n[watchdogs]\nslave1 = "0s"\n',
+     "`0s` is not a time greater than zero"),
     ('[plant]\nfile = "p.py"\nstep = "1ns"\n', "the plant would step every 1 ns"),
     ('[plant]\nfile = "p.py"\nstep = "999ns"\n', "the plant would step every 999 ns"),
 ])

@@ -292,6 +292,15 @@ def test_png_needs_matplotlib_or_says_so(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@native.needs_gcc
+def test_the_watchdog_of_a_slave_measures_real_time(tmp_path: Path) -> None:
+    """One that allows nothing; the other slave, which has none, goes on."""
+    folder = modules(tmp_path, ONE + '[watchdogs]\nslave1 = "1ns"\n')
+    rows, err = ran(folder, "--for", "1s", "--watch", WATCH, status=1)
+    assert rows[-1]["first.axis.error"] == "831" and rows[-1]["second.axis.position"] != "0"
+    assert "error[LD0831]: task first.axis on slave1" in err and "0.000001 ms are allowed" in err
+
+
 def test_a_fault_of_an_algorithm_is_told_as_in_virtual_time(tmp_path: Path) -> None:
     (tmp_path / "ldc.toml").write_text('[processors]\nmaster = "master"\nslave1 = "slave"\n')
     (tmp_path / "divider.ldc.toml").write_text(DIVIDER)

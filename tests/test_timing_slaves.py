@@ -106,6 +106,22 @@ def test_a_slave_that_is_late_three_times_in_a_row_ends_all_that_it_executes(tmp
     assert not run.violations
 
 
+@pytest.mark.parametrize("engine", ["vm", "native"])
+def test_a_slave_has_a_watchdog_of_its_own(tmp_path: Path, engine: str) -> None:
+    """It comes in the first period that lasts too long; what lasts as long as it may does not wake it."""
+    cost = Cost(algorithm=900 * US)
+    run = Run(modules(tmp_path, SEQUENCE + '[watchdogs]\nslave1 = "800us"\n', slaves=1), engine, cost=cost)
+    run.scans(2).scans(20, go=True)
+    (slave,) = run.system.slaves
+    assert slave.state is Slave.ERROR and len(times(run, A_EXEC)) == 1
+    assert run.get("first.axis.error") == 831 and not run.get("first.valve")
+    (fault,) = run.system.findings
+    assert fault.code == "LD0831" and "takes 0.9 ms, 0.8 ms are allowed" in fault.diagnostic().message
+    assert "first.axis on slave1" in fault.diagnostic().message and not run.violations
+    patient = Run(modules(tmp_path, SEQUENCE + '[watchdogs]\nslave1 = "900us"\n', slaves=1), engine, cost=cost)
+    assert not patient.scans(2).scans(20, go=True).system.findings
+
+
 def test_two_engines_take_the_same_time(tmp_path: Path) -> None:
     cost = Cost(instruction=5 * US, task=3 * US, frame=30 * US, word=US, algorithm=200 * US)
     one, two = (at_20(tmp_path / engine, cost, engine) for engine in ("vm", "native"))

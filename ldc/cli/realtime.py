@@ -59,6 +59,8 @@ class Processes:
         said, self._locate = system.together(result), locator(result)
         self._runner, self._machine, self._placed = runner, machine, system.placement(result)
         self._beat = beat
+        manifest = result.sources.manifest
+        self._watchdogs = manifest.watchdogs if manifest is not None else {}
         self._makers = made = makers(result.program, bindings)
         places = points(result.program, self._placed)
         slaves = sorted({p.slave for p in self._placed})
@@ -134,7 +136,8 @@ class Processes:
 
         def work() -> int:
             processes.claim(self._seats[number])
-            run_slave(part, self._board, number, pace, _ATTEMPTS * _ACK_MS * 1_000_000, anew)
+            run_slave(part, self._board, number, pace, _ATTEMPTS * _ACK_MS * 1_000_000, anew,
+                      self._watchdogs.get(part.number))
             return report((error.fault.diagnostic() for error in part.faults), self._locate)
 
         return work

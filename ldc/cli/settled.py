@@ -25,7 +25,7 @@ _FILES = ("run.inputs", "plant.file", "plant.parameters")
 
 _STAYS = ("run.period", "run.retain", "run.retain_every", "memory.image_bytes", "plant.step", "plant.seed",
           *_FILES)
-_TABLES = ("processors", "cost")
+_TABLES = ("processors", "cost", "watchdogs")
 """Whole tables that stay."""
 
 _NAMED = ("messages", "tasks")

@@ -94,4 +94,4 @@ def system(result: pipeline.Compiled, runner: Machine | Controller, bindings: tu
                   slaves=slaves(manifest.processors) if manifest else (),
                   plant_ns=said.plant.step_ns if said.plant else 1_000_000,
                   wiring=Wiring(field, sorted(field.asked - local)), events=events, seen=seen,
-                  cost=cost, watchdogs=watchdogs)
+                  cost=cost, watchdogs=watchdogs, slave_watchdogs=manifest.watchdogs if manifest else {})

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from math import gcd
 
 from ldc.il.placement import Placed
+from runtime.faults import TaskTooLong
 from runtime.realtime.board import Board
 from runtime.realtime.pace import Pace
 from runtime.slave.part import SlavePart
@@ -23,10 +24,11 @@ def slave_period(placed: Iterable[Placed], slave: int) -> int:
 
 
 def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_ns: int,
-              anew: bool = False) -> None:
+              anew: bool = False, watchdog_ns: int | None = None) -> None:
     """Emergency before communication before algorithms, as their levels are. ``number``: of the process.
     ``patience_ns``: after as long without a period the master has given this slave up. ``anew``: it takes the
-    place of one that was lost, and is there when its master knows that."""
+    place of one that was lost, and is there when its master knows that. ``watchdog_ns``: what the algorithms of a period
+    may take of real time; longer is a fault, as soon as they have ended."""
     _begin(board, number, pace)
     emergencies, saves, keeps = board.emergencies, board.saves, board.keeps(number)
     if anew:
@@ -38,7 +40,12 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_n
             emergencies = board.emergencies
             part.emergency()
         part.communicate()
-        if part.execute():
+        begin = time.monotonic_ns()
+        opened = part.execute()
+        if watchdog_ns is not None and (lasts := time.monotonic_ns() - begin) > watchdog_ns:
+            part.overdue(TaskTooLong(lasts, watchdog_ns))
+            opened = True
+        if opened:
             part.communicate()
         if keeps and board.saves != saves:
             saves = board.saves

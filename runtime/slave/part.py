@@ -34,7 +34,7 @@ from ldc.il.placement import Placed
 from ldc.records import replace
 from runtime import units
 from runtime.faults import Fault as RunFault
-from runtime.faults import Place, TaskOverdue, describe
+from runtime.faults import Place, TaskOverdue, TaskTooLong, describe
 from runtime.field import Field
 from runtime.processors.invariants import Executed, Took
 from runtime.processors.states import (
@@ -337,7 +337,7 @@ class SlavePart:
         now = self._now()
         return [slot.placed for slot in self.live if now >= slot.due]
 
-    def overdue(self, error: TaskOverdue) -> None:
+    def overdue(self, error: TaskOverdue | TaskTooLong) -> None:
         """The watchdog of the algorithm thread: what executes ends as by a fault (SPEC 6.1 R3)."""
         if self.live:
             slot, (code, message, help_) = self.live[0], describe(error)
