@@ -324,7 +324,8 @@ class System:
         scheduler, slaves, seen = self._scheduler, self._slaves, self._seen
         plant, plant_ns, began = self._plant, self._plant_ns, self._began
         beside = self._silences is not None or self._executions is not None
-        lone = len(slaves) == 1 and slaves[0].period_ns == plant_ns and not beside and seen is None
+        lone = (len(slaves) == 1 and slaves[0].period_ns == plant_ns and not beside and seen is None
+                and scheduler.log is None)
         if self._executions is not None:
             self.machine.latch()
             self._guard()
@@ -332,14 +333,15 @@ class System:
         # What comes next: a step of the plant, a period of a slave, or what the scheduler has planned.
         due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
         while True:
-            if lone and due == soonest < planned and slaves[0].part.live:
-                scheduler.release_first(slaves[0].algorithm, self._instants(slaves[0], min(planned, end)))
-                due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
             now = due if due < soonest else soonest
             if planned < now:
                 now = planned
             if now >= end:
                 break
+            if lone and due == soonest < planned and slaves[0].part.live:
+                self._in_step(slaves[0], min(planned, end))
+                due, soonest, planned = self._plant_due, self._soonest(), scheduler.next_ns
+                continue
             if due == now:
                 plant.step(began + now, plant_ns)
                 self._plant_due = due = now + plant_ns
@@ -353,12 +355,11 @@ class System:
                             slave.due = NEVER
                             continue
                         slave.due = now + slave.period_ns
-                        if planned > now:
-                            if scheduler.release_first(slave.algorithm, (now,)):
-                                planned = now
-                        else:
-                            scheduler.now_ns = now
+                        scheduler.now_ns = now
+                        if planned <= now:
                             scheduler.release(slave.algorithm)
+                        elif scheduler.release_first(slave.algorithm):
+                            planned = now
                 soonest = self._soonest()
             if planned <= now:
                 scheduler.run(now + 1)
@@ -369,16 +370,21 @@ class System:
         if self._executions is not None:
             self.machine.end()
 
-    def _instants(self, slave: _Slave, until: int) -> Iterator[int]:
+    def _in_step(self, slave: _Slave, until: int) -> None:
         """The instants before ``until`` in which the plant and the only slave both have something to do and
-        nobody else has, nearly all of them: the plant has made its step, the slave is to execute."""
-        step, period, began, part = self._plant.step, self._plant_ns, self._began, slave.part
-        now = slave.due
-        while now < until and part.live:
-            step(began + now, period)
-            self._plant_due = slave.due = now + period
-            yield now
-            now += period
+        nobody else has, nearly all of them, until a transfer is open."""
+        scheduler, part, period, began = self._scheduler, slave.part, self._plant_ns, self._began
+        step, execute, first = self._plant.step, part.execute_at, began + slave.due
+        for now in range(first, began + until, period):
+            step(now, period)
+            scheduler.now_ns = now - began
+            opened = execute(now)
+            if opened or not part.live:
+                break
+        self._plant_due = slave.due = now - began + period
+        scheduler.executed(slave.algorithm, (now - first) // period + 1)
+        if opened:
+            scheduler.raise_event(slave.communication)
 
     def _soonest(self) -> int:
         """When algorithms of a slave execute next."""

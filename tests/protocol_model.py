@@ -43,6 +43,9 @@ class Memory:
     def test(self, at: int, mask: int) -> bool:
         return self.words[at] & mask != 0
 
+    def search(self, places: tuple[int, ...], mask: int) -> int:
+        return next((n for n, at in enumerate(places) if self.test(at, mask)), len(places))
+
     def set(self, at: int, mask: int) -> None:
         self.words[at] |= mask
 

@@ -129,13 +129,11 @@ def test_a_thread_that_is_released_first_does_as_from_the_queue(drawn, number, c
         extra = made.thread(number, "extra")
         while left:
             made.run(left[0])
-            free = [t for t in left if made.next_ns is None or t < made.next_ns] if first else []
-            taken: list = []
-            if free:
-                made.release_first(extra, (taken.append(t) or t for t in free))
+            at = left.pop(0)
+            if first and (made.next_ns is None or at < made.next_ns):
+                assert made.release_first(extra) == (made.next_ns == at)
             else:
                 made.release(extra)
-            left = left[max(len(taken), 1):]
         made.run(80)
         found.append((done, [rows("", threads, 80) for threads in made.threads]))
     assert found[0] == found[1]

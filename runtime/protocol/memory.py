@@ -11,7 +11,7 @@ reader may see torn, the check of an envelope finds.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ldc.il.areas import MASTER, PROCESSORS, SLAVES, Area, areas, shared_range
 from ldc.records import record
@@ -51,6 +51,16 @@ class Words:
     def test(self, address: int, mask: int) -> bool:
         """Whether any bit of the mask is 1."""
         return self._words[self._number[address]] & mask != 0
+
+    def search(self, addresses: Sequence[int], mask: int) -> int:
+        """``test`` of words one after the other: the place of the first that has a bit of the mask, how many
+        they are when none has."""
+        words, number, place = self._words, self._number, 0
+        for address in addresses:
+            if words[number[address]] & mask:
+                break
+            place += 1
+        return place
 
     def set(self, address: int, mask: int) -> None:
         """Makes the bits of the mask 1. Only the one writer of a word may, so that reading it before is
@@ -183,6 +193,9 @@ class Watched:
     def test(self, address: int, mask: int) -> bool:
         self._check("load", address, 4, mask)
         return self._words.test(address, mask)
+
+    def search(self, addresses: Sequence[int], mask: int) -> int:
+        return next((n for n, address in enumerate(addresses) if self.test(address, mask)), len(addresses))
 
     def set(self, address: int, mask: int) -> None:
         self._check("set", address, 4, mask)

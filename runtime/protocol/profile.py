@@ -136,6 +136,7 @@ class Link:
     answered: Steps = field(init=False, repr=False, compare=False)
     rest: Steps = field(init=False, repr=False, compare=False)
     scrub: Steps = field(init=False, repr=False, compare=False)
+    answer: tuple[int, ...] = field(init=False, repr=False, compare=False)
     quiet: tuple[int, ...] = field(init=False, repr=False, compare=False)
     released: tuple[int, ...] = field(init=False, repr=False, compare=False)
 
@@ -144,6 +145,6 @@ class Link:
         scripts = {"opening": p.opening, "closing": p.closing, "withdraw": WITHDRAW,
                    "answered": p.answered, "rest": p.rest, "scrub": SCRUB}
         bound = {n: tuple((kind, getattr(c, flag)) for kind, flag in s) for n, s in scripts.items()}
-        bound |= {"quiet": (c.ack, c.nack, c.busy), "released": tuple(getattr(c, f) for f in p.released)}
+        bound |= {"answer": (c.ack, c.nack), "quiet": (c.ack, c.nack, c.busy), "released": tuple(getattr(c, f) for f in p.released)}
         for name, value in bound.items():
             object.__setattr__(self, name, value)

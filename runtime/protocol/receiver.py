@@ -11,7 +11,7 @@ from typing import NamedTuple
 from runtime.protocol.check import Code, Situation, check
 from runtime.protocol.envelope import Command, Envelope
 from runtime.protocol.memory import Watched, Words
-from runtime.protocol.profile import CLEAR, Link
+from runtime.protocol.profile import CLEAR, Link, Steps
 from runtime.protocol.sender import act
 
 
@@ -99,19 +99,20 @@ def run(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) 
     """Steps until one waits, or a transfer is over: what its owner is told of it may change the situation
     of the next. Flags that are made 0 are no transfer: who was woken for one must not stop before it. As in
     the sender, the most frequent stretch is written out."""
-    told, scrubs, c = None, r.phase is _SCRUB, link.channel
+    c = link.channel
+    if r.phase is _SCRUB and not r.at:
+        _acts(link.scrub, c.mask, memory)
+        r.phase = _WATCH
+    told, scrubs = None, r.phase is _SCRUB
     if r.phase is _WATCH and not r.at and link.chunk >= c.size:
         if not memory.test(c.running, c.mask) or memory.test(c.begin, c.mask) != link.profile.ready:
             return None
         told = _taken(r, link, memory, situation)
     if r.phase is _RELEASED and not r.at:
-        mask = c.mask
-        for r.at, flag in enumerate(link.released):
-            if memory.test(flag, mask):
-                return None if told is True else told
-        for kind, at in link.rest:
-            (memory.clear if kind == CLEAR else memory.set)(at, mask)
-        r.phase, r.at = _WATCH, 0
+        r.at = memory.search(link.released, c.mask)
+        if r.at == len(link.released):
+            _acts(link.rest, c.mask, memory)
+            r.phase, r.at = _WATCH, 0
         return None if told is True else told
     while (outcome := _STEPS[r.phase](r, link, memory, situation)) is not False:
         if outcome is not True:
@@ -133,10 +134,15 @@ def _taken(r: Receiver, link: Link, memory: Words | Watched, situation: Situatio
     if r.phase is _STATUS:
         memory.store(c.status, r.token << 8 | r.code)
         memory.set(c.nack if r.code else c.ack, c.mask)
-        for kind, at in link.answered:
-            (memory.clear if kind == CLEAR else memory.set)(at, c.mask)
+        _acts(link.answered, c.mask, memory)
         r.phase = _RELEASED
     return told
+
+
+def _acts(script: Steps, mask: int, memory: Words | Watched) -> None:
+    """``act`` of all lines of a script."""
+    for kind, at in script:
+        (memory.clear if kind == CLEAR else memory.set)(at, mask)
 
 
 def _watch(r: Receiver, link: Link, memory: Words | Watched, situation: Situation) -> bool:

@@ -151,7 +151,7 @@ def run(s: Sender, link: Link, memory: Words | Watched) -> Event | None:
         return None
     if s.phase is _ANSWER and not s.at:
         c = link.channel
-        if not memory.test(c.ack, c.mask) and not memory.test(c.nack, c.mask):
+        if memory.search(link.answer, c.mask) == 2:
             return None
         if link.profile.settled and memory.test(c.busy, c.mask):
             s.at = 2
@@ -165,9 +165,8 @@ def run(s: Sender, link: Link, memory: Words | Watched) -> Event | None:
 def _sent(s: Sender, link: Link, memory: Words | Watched) -> bool:
     """M0 to M4 at once."""
     mask = link.channel.mask
-    for flag in link.quiet:
-        if memory.test(flag, mask):
-            return False
+    if memory.search(link.quiet, mask) < 3:
+        return False
     for kind, at in link.opening:
         if kind == SET:
             memory.set(at, mask)

@@ -8,7 +8,7 @@ time go by.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, MutableSequence, Sequence
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush, heapreplace
 from operator import length_hint
@@ -26,10 +26,11 @@ _END, _PERIOD = 0, 1
 
 @dataclass(slots=True, eq=False)
 class _Processor:
-    """``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
+    """``bit``: that of its index; ``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
     that it pre-empted; ``busy``: a piece is in work; ``scan``: the thread that ``customised`` follow."""
 
     index: int
+    bit: int
     threads: dict[str, Thread]
     ready: list[tuple[int, int, int, Thread]] = field(default_factory=list)
     stack: list[Thread] = field(default_factory=list)
@@ -47,19 +48,20 @@ class Scheduler:
         self.now_ns = 0
         self.log = log
         self._agenda: list[tuple] = []
-        self._turns = 0
+        self._turns = 0  # bits of processors that may go on
+        self._working = 0  # pieces in work
         self._until = 0
-        self._processors: list[_Processor] = []
+        self._processors: dict[int, _Processor] = {}  # by their bits
         for threads in processors:
             self.add(threads)
 
     def add(self, threads: Sequence[Thread]) -> None:
         """A further processor, before the first event. Raises ValueError when two threads have one name."""
         index = len(self._processors)
-        made = _Processor(index, {thread.name: thread for thread in threads})
+        made = _Processor(index, 1 << index, {thread.name: thread for thread in threads})
         if len(made.threads) < len(threads):
             raise ValueError(f"processor {index}: two threads of one name")
-        self._processors.append(made)
+        self._processors[made.bit] = made
         made.scan = next((t for t in threads if t.kind == "control"), None)
         made.customised = tuple(t for t in threads if t.kind == "customised")
         ids = {thread.name: n for n, thread in enumerate(threads)}
@@ -73,12 +75,12 @@ class Scheduler:
 
     def thread(self, processor: int, name: str) -> Thread:
         """A thread by its name. Raises KeyError."""
-        return self._processors[processor].threads[name]
+        return self._processors[1 << processor].threads[name]
 
     @property
     def threads(self) -> tuple[tuple[Thread, ...], ...]:
         """Those of each processor."""
-        return tuple(tuple(on.threads.values()) for on in self._processors)
+        return tuple(tuple(on.threads.values()) for on in self._processors.values())
 
     @property
     def next_ns(self) -> int | None:
@@ -92,7 +94,7 @@ class Scheduler:
         and counted. Raises ValueError for a customised thread."""
         if thread.kind == "customised":
             raise ValueError(f"thread {thread.name} follows the scan, it takes no events")
-        if self._agenda and self._agenda[0][0] == self.now_ns:
+        if self._working:
             self._end_pieces()
         if not thread.active:
             self._activate(thread.on, thread, self.now_ns)
@@ -108,32 +110,25 @@ class Scheduler:
         self._end_pieces()
         self._released(thread.on, thread)
 
-    def release_first(self, thread: Thread, times: Iterable[int]) -> bool:
-        """``release`` of the most urgent thread that its processor gets, at each of some times at which
-        nothing else happens, until something else is to be done because of it; whether something is. A thread
-        that costs nothing begins at once, without the queue."""
-        on, counts, work = thread.on, thread.counts, thread.work
-        if self._turns or on.busy or thread.active or not thread.quick:
-            self.now_ns = next(iter(times))
+    def release_first(self, thread: Thread) -> bool:
+        """``release`` of the most urgent thread that its processor gets, at a moment at which nothing else
+        happens; whether something is to be done because of it. It begins at once, without the queue."""
+        on = thread.on
+        if self._turns or on.busy or thread.active:
             self.release(thread)
-            return self._turns != 0
-        thread.active, counts.least_delay = True, 0
-        for now in times:
-            self.now_ns = thread.released = now
-            pieces = work(now)
-            if pieces is not None:
-                thread.pieces = pieces
-                on.stack.append(thread)
-                self._turns |= 1 << on.index
-                return True
-            if thread.pending is not None:
-                self._ended(on, thread)
-                return True
-            counts.executions += 1  # and what else _ended does of what took no time
-            if self._turns:
-                break
-        thread.active, thread.streak = False, 0
+        else:
+            thread.active, thread.released = True, self.now_ns
+            self._begin(on, thread)
+            if on.stack:
+                self._turns |= on.bit
         return self._turns != 0
+
+    def executed(self, thread: Thread, times: int) -> None:
+        """Notes that a thread was executed some times in no time each, the last time now, as ``release_first``
+        does; for those who know that nobody else had anything to do meanwhile."""
+        counts = thread.counts
+        counts.executions += times
+        counts.least_delay, thread.released, thread.streak = 0, self.now_ns, 0
 
     def _released(self, on: _Processor, thread: Thread) -> None:
         if not thread.active:
@@ -159,7 +154,7 @@ class Scheduler:
         if not thread.paused:
             thread.released = since
         heappush(on.ready, (thread.order, self.now_ns, thread.number, thread))
-        self._turns |= 1 << on.index
+        self._turns |= on.bit
 
     # ---- time ------------------------------------------------------------------------------------
 
@@ -173,7 +168,7 @@ class Scheduler:
                     break
                 self.now_ns = agenda[0][0]
             now = self.now_ns
-            if agenda and agenda[0][1] == _END:
+            if self._working:
                 self._end_pieces()
             while agenda and agenda[0][0] == now:
                 _, _, index, number, thread, on = agenda[0]
@@ -186,7 +181,7 @@ class Scheduler:
             while self._turns:
                 lowest = self._turns & -self._turns
                 self._turns ^= lowest
-                on = processors[lowest.bit_length() - 1]
+                on = processors[lowest]
                 if not on.busy:
                     self._turn(on)
         self.now_ns = max(self.now_ns, until_ns)
@@ -197,12 +192,13 @@ class Scheduler:
         while agenda and agenda[0][0] == self.now_ns and agenda[0][1] == _END:
             on = heappop(agenda)[5]
             on.busy = False
-            self._turns |= 1 << on.index
+            self._working -= 1
+            self._turns |= on.bit
             self._end_if_through(on)
 
     def _turn(self, on: _Processor) -> None:
         """The processor goes on until it is busy or has nothing to do."""
-        ready, stack, agenda = on.ready, on.stack, self._agenda
+        ready, stack = on.ready, on.stack
         while True:
             if stack:
                 thread = stack[-1]
@@ -230,9 +226,10 @@ class Scheduler:
                         raise ValueError(f"thread {thread.name}: a piece costs {cost} ns")
                     thread.counts.busy += cost
                     thread.left -= cost
-                    end = self.now_ns + cost
+                    end, agenda = self.now_ns + cost, self._agenda
                     if self._turns or end >= self._until or agenda and end >= agenda[0][0]:
                         on.busy, thread.ends = True, end
+                        self._working += 1
                         heappush(agenda, (end, _END, on.index, 0, thread, on))
                         return
                     self.now_ns = end  # until then nothing else happens anywhere

@@ -298,7 +298,10 @@ class SlavePart:
     def execute(self) -> bool:
         """A period of each algorithm that is due. Whether a transfer is open then, so that ``communicate``
         has something to do."""
-        now = self._now()
+        return self.execute_at(self._now())
+
+    def execute_at(self, now: int) -> bool:
+        """``execute`` for those who know the time."""
         for slot in self.live:
             if now < slot.due:
                 continue
