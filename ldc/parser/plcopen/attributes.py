@@ -24,6 +24,8 @@ _NAME = Pattern(r"""\s(?!(?:localId|refLocalId|formalParameter|x|y|width|height|
 _TAG = Pattern(r"""<!--.*?(?:-->|\Z)|<!\[CDATA\[.*?(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)
     |<(/?)([^\s/<>!?]+)((?:[^<>"']|"[^<"]*"|'[^<']*')*?)(/?)>""", re.DOTALL | re.VERBOSE)
 _ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_DECLARATION = 200
+"""Characters in which a file says that it is XML."""
 _OPEN_TO_ALL = ("addData", "documentation", "content", "ST", "IL", "STContent")
 """What is in them is a vendor's, or text with tags of its own."""
 
@@ -32,7 +34,8 @@ def tell(document: Document, reading: Reading, further: frozenset[str]) -> None:
     """Report each unknown attribute that says something, once for a kind of element, at the first (LD0172).
     ``further``: known ones that TC6 does not have."""
     text = document.source.text
-    strange = {name for name in set(_NAME.findall(text)) - _OF_TC6 - further
+    behind = max(text.find("?>", 0, _DECLARATION), 0)  # the encoding of the file
+    strange = {name for name in set(_NAME.findall(text, behind)) - _OF_TC6 - further
                if not name.startswith(("xmlns:", "xsi:", "xml:"))}
     if not strange:
         return
