@@ -11,6 +11,7 @@ from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics
 from ldc.parser import parse_file
 from ldc.parser.format import format_file
+from ldc.pipeline.memory import Memory
 from ldc.source import SourceFile
 from runtime.vm.machine import Machine
 
@@ -173,3 +174,19 @@ def test_calls_that_cannot_be_are_told(text: str) -> None:
     found = checked(text, "main.st").diagnostics
     assert found.has_errors
     assert not [d for d in found if d.code == "LD0901"]
+
+
+def test_a_ladder_that_calls_a_program_compiles_again(tmp_path: Path) -> None:
+    """What is remembered of its rungs does not hide the call."""
+    text = """PROGRAM pumps VAR_INPUT go : BOOL; END_VAR VAR_OUTPUT n : BOOL; END_VAR
+RUNG only
+    [go] (n)
+END_PROGRAM
+PROGRAM main VAR q, p : BOOL; END_VAR
+RUNG only
+    [q] <pumps()> (p)
+END_PROGRAM
+"""
+    digests = {compiled(text, "main.ld", memory=Memory(tmp_path / "memory.rungs"), keep=False).image.digest
+               for _ in range(2)}
+    assert digests == {compiled(text, "main.ld").image.digest}

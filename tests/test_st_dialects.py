@@ -236,12 +236,6 @@ def test_jumps_and_wrong_rows_are_told(body: str, wanted: list[str]) -> None:
     assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == wanted
 
 
-@pytest.mark.parametrize("type_", ["ARRAY [*] OF INT", "ARRAY[*, *] OF REAL"])
-def test_an_array_without_bounds_is_told_once(type_: str) -> None:
-    text = f"FUNCTION f : INT VAR_IN_OUT a : {type_}; END_VAR f := a[1]; END_FUNCTION PROGRAM main f(); END_PROGRAM"
-    assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == ["LD0237"]
-
-
 @pytest.mark.parametrize("text", ["UNION a : INT; b : WORD; END_UNION END_TYPE", "UNION a : INT; END_UNION; END_TYPE",
                                   "UNION a : INT;"])
 def test_a_union_is_told_once(text: str) -> None:

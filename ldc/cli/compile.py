@@ -67,7 +67,7 @@ def _st_text(result: pipeline.Compiled) -> str:
     from ldc.parser.write import written
 
     bodies = {}
-    for pou in (p for file in result.project.files for p in file.pous if isinstance(p.body, StatementBody)):
+    for pou in (p for file in result.meant.files for p in file.pous if isinstance(p.body, StatementBody)):
         if pou.name.upper() not in result.components:
             bodies[pou.name.upper()] = written((pou,), "body.st", Diagnostics()).source.text
     # Of other names for types IL has what they stand for, but the bodies name them.

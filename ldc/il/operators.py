@@ -105,7 +105,7 @@ def _open(machine: Machine, line: Line, op: str) -> None:
         findings.too_deep(machine.diagnostics, machine.at, _DEEPEST)
     machine.stack.append(Open(op, len(machine.code), machine.acc, machine.at))
     machine.acc = Accumulator()
-    value = machine.value(line.start, line.end) if line.start < line.end else None
+    value = machine.value(line.start, line.end, whole=True) if line.start < line.end else None
     if line.start < line.end:
         machine.load(op + "(", value)
         machine.acc.loose = [(index, literal, False) for index, literal, _ in machine.acc.loose]

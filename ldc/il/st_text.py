@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place, nodes
+from ldc.expr import Apply, BitStep, Const, Expr, FieldStep, IndexStep, Load, Place, Step
 from ldc.il import structure as il
 from ldc.il.control import Plan, plan
 from ldc.il.declare import Declarations
@@ -17,6 +17,7 @@ from ldc.il.literals import literal, type_text
 from ldc.il.names import Names
 from ldc.il.plain import has_paths, without_paths
 from ldc.il.program import Program, Unit
+from ldc.il.reads import loads, read_once, reads
 from ldc.records import replace
 from ldc.symbols import Variable
 from ldc.types import DINT, Array, Instance, Struct, Type
@@ -105,9 +106,13 @@ class _Body:
         self.names = _renamed((*unit.variables, *self.code.temporaries))
         self.out: list[str] = []
         self.indent = 1
-        self.instances = frozenset(v.name.upper() for v in unit.variables if isinstance(v.type, Instance))
+        self.own = {v.name.upper(): v for v in unit.variables}
         self.pins: list[tuple[Place, Expr]] = []
         self.used: dict[str, Place] = {}
+        self.within = read_once(self.code.statements)
+        # Calls that wait for the expression that reads their result, by its temporary.
+        self.waiting: dict[str, il.CallFunction] = {}
+        self.named: set[str] = set()
 
     def lines(self) -> Iterator[str]:
         """The POU, line by line."""
@@ -117,7 +122,8 @@ class _Body:
         title = f" (* {_comment(unit.title)} *)" if unit.title else ""
         own = [v for v in unit.variables
                if not (unit.kind == "FUNCTION" and v.name.upper() == unit.name.upper())]
-        temps = [replace(v, name=self.names[v.name.upper()]) for v in self.code.temporaries]
+        temps = [replace(v, name=self.names[v.name.upper()]) for v in self.code.temporaries
+                 if v.name.upper() in self.named]
         if self.plan.segments:
             temps.append(Variable(_PART, DINT, "temp"))
         yield f"{unit.kind} {unit.name}{result}{title}"
@@ -205,39 +211,66 @@ class _Body:
 
     def assign(self, s: il.Assign) -> None:
         if self._is_pin(s.target):
-            if self.pins and self.pins[0][0].root != s.target.root:
+            if self.pins and not _same_instance(self.pins[0][0], s.target.root, s.target.steps[:-1]):
                 self._flush()
+            if any(reads(call, s.target.root) for call in self.waiting.values()):
+                self._settle()
             self.pins.append((s.target, s.value))
             return
         self._line(f"{self._place(s.target)} := {self._text(s.value)};")
 
     def _is_pin(self, target: Place) -> bool:
-        """Whether it is an input of an instance of this POU, set by its name: such ones join their call."""
-        return len(target.steps) == 1 and isinstance(target.steps[0], FieldStep) and not target.is_global and (
-            target.root.upper() in self.instances)
+        """Whether it is an input of an instance, set by its name: such ones join their call."""
+        if not target.steps or not isinstance(target.steps[-1], FieldStep):
+            return False
+        variables = self.shared if target.is_global else self.own
+        variable = variables.get(target.root.upper())
+        type_ = None if variable is None else variable.type
+        for step in target.steps[:-1]:
+            match type_, step:
+                case Array(element=inner), IndexStep():
+                    type_ = inner
+                case Struct(), FieldStep(name):
+                    type_ = type_.field(name).type
+                case _:
+                    return False
+        return isinstance(type_, Instance)
 
     def _flush(self) -> None:
-        """Pins that no call followed are assignments."""
+        """Pins that no call followed are assignments. FUNCTIONs that no expression has called by now are called."""
         pins, self.pins = self.pins, []
-        for target, value in pins:
-            self._line(f"{self._place(target)} := {self._text(value)};")
+        lines = [f"{self._place(target)} := {self._text(value)};" for target, value in pins]
+        self._settle()
+        self.out += ("    " * self.indent + line for line in lines)
+
+    def _settle(self) -> None:
+        """Calls whose results are not read where they stand keep them in temporaries."""
+        waiting, self.waiting = self.waiting, {}
+        for call in waiting.values():
+            self.out.append("    " * self.indent + f"{self._place(call.result)} := {self._called(call)};")
 
     def latch(self, s: il.Latch) -> None:
         self._when(s.condition, f"{self._place(s.target)} := {'TRUE' if s.value else 'FALSE'};")
 
     def block(self, s: il.CallBlock) -> None:
         pins = self.pins
-        joined = s.condition is None and pins and not s.instance.steps and pins[0][0].root == s.instance.root
-        names = [target.steps[0].name.upper() for target, _ in pins]
-        reads = any(p.root == s.instance.root for _, value in pins for p in _loads(value))
-        if not joined or len(set(names)) < len(names) or reads:
+        joined = s.condition is None and pins and _same_instance(pins[0][0], s.instance.root, s.instance.steps)
+        names = [target.steps[-1].name.upper() for target, _ in pins]
+        own = any(p.root == s.instance.root for _, value in pins for p in loads(value))
+        if not joined or len(set(names)) < len(names) or own:
             self._when(s.condition, f"{self._place(s.instance)}();")
             return
         self.pins = []
-        given = ", ".join(f"{target.steps[0].name} := {self._text(value)}" for target, value in pins)
+        given = ", ".join(f"{target.steps[-1].name} := {self._text(value)}" for target, value in pins)
         self._line(f"{self._place(s.instance)}({given});")
 
     def function(self, s: il.CallFunction) -> None:
+        if s in self.within:
+            if any(reads(s, target.root) for target, _ in self.pins):
+                self._flush()
+            self.waiting[s.result.root.upper()] = s
+            return
+        self._settle()
         outputs = {name.upper(): place for name, place in s.outputs}
         given = []
         for variable, value in zip(s.function.arguments, s.arguments, strict=True):
@@ -251,6 +284,11 @@ class _Body:
         given += [f"{kinds[name]} => {self._place(place)}" for name, place in outputs.items()]
         call = f"{s.function.name}({', '.join(given)});"
         self._line(call if s.result is None else f"{self._place(s.result)} := {call}")
+
+    def _called(self, s: il.CallFunction) -> str:
+        """A call of a FUNCTION that writes nothing but its result."""
+        given = zip(s.function.arguments, s.arguments, strict=True)
+        return f"{s.function.name}({', '.join(f'{v.name} := {self._text(value)}' for v, value in given)})"
 
     def native(self, s: il.CallNative) -> None:
         external = self.unit.external
@@ -303,7 +341,8 @@ class _Body:
             case Const():
                 return literal(expr.value, expr.type, True)
             case Load(place):
-                return self._place(place)
+                call = self.waiting.pop(place.root.upper(), None) if not place.steps else None
+                return self._place(place) if call is None else self._called(call)
         text, own = self._operation(expr)
         return text if own >= level else f"({text})"
 
@@ -323,6 +362,8 @@ class _Body:
     def _place(self, place: Place) -> str:
         if place.is_global:
             self.used.setdefault(place.root.upper(), place)
+        else:
+            self.named.add(place.root.upper())
         text = place.root if place.is_global else self.names.get(place.root.upper(), place.root)
         for step in place.steps:
             match step:
@@ -345,9 +386,8 @@ _PRINTERS: dict[type, Callable[[_Body, il.Statement], None]] = {
 }
 
 
-def _loads(expr: Expr) -> Iterator[Place]:
-    """Every place that an expression reads."""
-    return (node.place for node in nodes(expr) if type(node) is Load)
+def _same_instance(pin: Place, root: str, steps: tuple[Step, ...]) -> bool:
+    return pin.root.upper() == root.upper() and pin.steps[:-1] == steps
 
 
 def _comment(text: str) -> str:

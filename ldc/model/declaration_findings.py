@@ -99,6 +99,20 @@ def location_not_allowed(diagnostics: Diagnostics, span: Span, name: str, where:
                       help="declare it with AT in a PROGRAM or in VAR_GLOBAL and pass it in by a pin")
 
 
+def no_bounds(diagnostics: Diagnostics, span: Span) -> None:
+    """ARRAY [*] where no call gives an array."""
+    diagnostics.error("LD0242", "this array has no bounds", span, "no call decides them here",
+                      help="write the bounds, `ARRAY [0..9] OF ...`; `*` stands in parameters of a FUNCTION, and in "
+                           "VAR_IN_OUT and VAR_INPUT of a FUNCTION_BLOCK")
+
+
+def other_bounds(diagnostics: Diagnostics, span: Span, instance: str, first: Span) -> None:
+    """An instance whose calls give arrays of several shapes."""
+    diagnostics.error("LD0243", f"`{instance}` is called with arrays of other bounds", span, "other bounds here",
+                      secondary=[Label(first, "called first here")],
+                      help="an instance keeps arrays of one size: declare an instance for each")
+
+
 def no_place(diagnostics: Diagnostics, span: Span, path: str, address: str, type_: str) -> None:
     """An address that was left open for VAR_CONFIG, and that nobody completes."""
     diagnostics.warning("LD0238", f"nobody gives `{path}` its address", span,

@@ -14,11 +14,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from ldc.free_names import free_name
 from ldc.library import blocks
 from ldc.model.instance_config import block_of
-from ldc.model.paths import fields_of, paths_in
+from ldc.model.paths import paths_in
+from ldc.model.rewrite import mapped, nodes
 from ldc.parser import ast, statements
 from ldc.parser.unparse import argument_text
 from ldc.patterns import Pattern
-from ldc.records import is_record, replace
+from ldc.records import replace
 from ldc.source import SourceFile, Span
 
 
@@ -125,11 +126,13 @@ class _Blocks:
         """The POU, in whose ladders a called program is drawn as an instance."""
         if not any(isinstance(part, ast.Block) for part in _calls(pou, self.chosen)):
             return pou
-        return replace(pou, body=_map(pou.body, self._drawn), actions=_map(pou.actions, self._drawn))
+        return replace(pou, body=mapped(pou.body, self._drawn), actions=mapped(pou.actions, self._drawn))
 
-    def _drawn(self, node: ast.Block) -> ast.Block:
+    def _drawn(self, old: object, node: object) -> object:
+        if not isinstance(node, ast.Block) or node.instance is not None:
+            return node
         key = node.type.upper()
-        if node.instance is not None or key not in self.chosen:
+        if key not in self.chosen:
             return node
         return replace(node, instance=ast.Name(self.chosen[key].name, node.span), type=self.blocks[key])
 
@@ -193,17 +196,11 @@ def _hints(text: str, programs: Iterable[str]) -> bool:
 def _calls(pou: ast.Pou, programs: Mapping[str, object]) -> Iterator[statements.Invoke | ast.Block | str]:
     """The calls of programs in the bodies of a POU; of Instruction List their names."""
     own = {v.name.upper() for block in pou.var_blocks for v in block.variables if block.kind != "VAR_EXTERNAL"}
-    stack: list[object] = [pou.body, pou.actions]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, tuple):
-            stack += node
-        elif isinstance(node, ast.TextBody):
+    for node in nodes((pou.body, pou.actions)):
+        if isinstance(node, ast.TextBody):
             yield from (name for name in _CALLED.findall(node.span.text) if name.upper() in programs)
         elif isinstance(node, statements.Invoke | ast.Block) and (name := _name(node)) in programs and name not in own:
             yield node
-        elif is_record(node) and not isinstance(node, Span):
-            stack += (getattr(node, name) for name in fields_of(type(node)))
 
 
 _CALLED = Pattern(r"\bCAL(?:C|CN)?\s+(\w+)", re.IGNORECASE)
@@ -214,16 +211,3 @@ def _name(node: statements.Invoke | ast.Block) -> str:
     if isinstance(node, ast.Block):
         return node.type.upper() if node.instance is None else ""
     return node.callee.name.upper() if isinstance(node.callee, ast.Name) else ""
-
-
-def _map(node, change):
-    """The tree with its blocks changed."""
-    if isinstance(node, tuple):
-        made = tuple(_map(part, change) for part in node)
-        return node if all(a is b for a, b in zip(made, node, strict=True)) else made
-    if not is_record(node) or isinstance(node, Span):
-        return node
-    parts = {name: getattr(node, name) for name in fields_of(type(node))}
-    made = {name: new for name, old in parts.items() if (new := _map(old, change)) is not old}
-    node = replace(node, **made) if made else node
-    return change(node) if isinstance(node, ast.Block) else node

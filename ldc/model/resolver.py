@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.free_names import free_name
@@ -43,6 +43,17 @@ def resolve(project: ast.Project, diagnostics: Diagnostics, settings: Settings |
     return _Resolver(project, diagnostics, _settings(settings)).model()
 
 
+def declared(project: ast.Project, settings: Settings | None = None) -> Callable[[str], Frame | None]:
+    """What the POUs of a project declare, by their names in capitals; nothing is reported."""
+    resolver = _Resolver(project, Diagnostics(), _settings(settings))
+
+    def frame(key: str) -> Frame | None:
+        resolver.signature(key)
+        return resolver.frames.get(key)
+
+    return frame
+
+
 def _settings(given: object | None) -> Settings:
     usual = Settings()
     names = ("image_bytes", "tasks", "modules", "safe", "library")
@@ -76,7 +87,7 @@ class _Resolver:
         for key, node in self.globals.declarations().items():
             if key in self._first:
                 findings.duplicate(diagnostics, node.span, node.name, "global variable", self._first[key])
-        self._frames: dict[str, Frame] = {}
+        self.frames: dict[str, Frame] = {}
         self._built: dict[str, Pou] = {}
         self._signatures: dict[str, Signature] = {}
         self._declared_types = declared
@@ -138,7 +149,7 @@ class _Resolver:
         return with_paths(with_places(configurator.configured(self.configurations), self._pous))
 
     def _broken(self) -> dict[str, frozenset[str]]:
-        frames = {"": self.globals, **self._frames}
+        frames = {"": self.globals, **self.frames}
         broken = {key: frozenset(frame.broken) for key, frame in frames.items() if frame.broken}
         if told := self.types.broken | self.types.unknown:
             broken[""] = broken.get("", frozenset()) | told
@@ -152,9 +163,9 @@ class _Resolver:
         if key in self._signatures:
             return self._signatures[key]
         node = self._pous.get(key)
-        if node is None or key in self._frames:
+        if node is None or key in self.frames:
             return None
-        frame = self._frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals, node.written)
+        frame = self.frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals, node.written)
         if key in self._torn:
             frame.broken.add("*")
         variables = frame.build()

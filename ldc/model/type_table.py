@@ -187,6 +187,10 @@ class TypeTable:
             findings.nested_too_deep(self._diagnostics, node.span, "this array of arrays", DEEPEST)
             return None
         known = self.of(env, inner)
+        for array in dimensions:
+            if None in array.bounds:
+                findings.no_bounds(self._diagnostics, array.span)
+                return None
         for array in reversed(dimensions):
             bounds = tuple(self._bounds(env, *pair) for pair in array.bounds)
             if known is None or None in bounds:

@@ -131,7 +131,9 @@ class NamedType:
 
 @record
 class ArrayType:
-    bounds: tuple[tuple[Expr, Expr], ...]
+    """``bounds``: least and greatest index of each dimension; None for ``*``, which a call decides."""
+
+    bounds: tuple[tuple[Expr, Expr] | None, ...]
     element: TypeExpr
     span: Span
 

@@ -42,15 +42,12 @@ def take_out(tokens: Tokens, findings: Findings) -> bool:
 
 
 def tell_types(tokens: Tokens, first: int, end: int, findings: Findings) -> int:
-    """Report the first type among the tokens that is a pointer, an array without bounds or a UNION. Where
+    """Report the first type among the tokens that is a pointer or a UNION. Where
     reading goes on behind the declaration, which ends at ``end`` or with its END_UNION; 0 when there is
     none."""
     types = tokens.types
     for at in range(first, end):
         word, following = tokens.text(at).upper() if types[at] == "NAME" else "", types[at + 1 : at + 2]
-        if types[at] == "ARRAY" and types[at + 1 : at + 3] == ["[", "BINOP"] and tokens.text(at + 2) == "*":
-            findings.beyond(at, "ARRAY")
-            return end
         if following == [_TYPES.get(word)]:
             findings.beyond(at, word)
             return end

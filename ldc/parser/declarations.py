@@ -78,6 +78,11 @@ class FileBuilder(Builder):
     def range(self, values: Values) -> tuple[ast.Expr, ast.Expr]:
         return values[0], values[2]
 
+    def open_range(self, values: Values) -> None:
+        """``*``: bounds that a call decides."""
+        if self.word(values[0]) != "*":
+            self.findings.no_range(values[0])
+
     def structure(self, values: Values) -> ast.StructType:
         fields = tuple(field for group in values[1] for field in group)
         return ast.StructType(fields, self.span(values[0], values[2]))

@@ -34,7 +34,6 @@ _BEYOND = {
     "IMPLEMENTS": ("interfaces are", "leave it out; name the function block that is meant"),
     "VAR_STAT": ("variables that all instances share are", "declare them in VAR_GLOBAL"),
     "VAR_INST": ("variables of methods are", "declare them in VAR"),
-    "ARRAY": ("arrays without bounds are", "write the bounds of the largest array, and pass how much of it counts"),
     "UNION": ("a UNION is", "use a STRUCT, and convert"),
     "POINTER": ("pointers are", _POINTERS), "REFERENCE": ("references are", _POINTERS),
     "REF_TO": ("references are", _POINTERS), "^": ("pointers are", _POINTERS),
@@ -226,6 +225,10 @@ class Findings:
         label = "given twice" if twice else "neither `in` nor `out`"
         self._at("LD0123", "only `in=PIN` and `out=PIN` stand behind the pins of a block", index, label,
                  "each of them at most once; other pins go into the parentheses")
+
+    def no_range(self, index: int) -> None:
+        self.syntax(self.tokens.point(index), f"expected the bounds of an array, found {self.shown(index)}", "no bounds",
+                    "write `0..9`, or `*` in a parameter that takes arrays of any size")
 
     def length_of(self, index: int) -> None:
         self._at("LD0124", f"{self.shown(index)} has no length", index, "only STRING and WSTRING have one",

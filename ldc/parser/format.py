@@ -152,8 +152,7 @@ class _Printer:
         """``name : type := initial;``, with a line for each field of a STRUCT."""
         ranges, kind = "", declared.type
         while isinstance(kind, ast.ArrayType):
-            bounds = ", ".join(f"{unparse.expr_text(a)}..{unparse.expr_text(b)}" for a, b in kind.bounds)
-            ranges, kind = f"{ranges}ARRAY [{bounds}] OF ", kind.element
+            ranges, kind = f"{ranges}ARRAY [{unparse.bounds_text(kind)}] OF ", kind.element
         if not isinstance(kind, ast.StructType):
             self.line(f"{head}{unparse.declared_text(declared)};", end)
             return

@@ -90,6 +90,11 @@ def argument_text(argument: ast.Argument) -> str:
 # ---- types and initial values
 
 
+def bounds_text(array: ast.ArrayType) -> str:
+    """What stands between the brackets: ``0..9, *``."""
+    return ", ".join("*" if pair is None else "..".join(map(expr_text, pair)) for pair in array.bounds)
+
+
 def type_text(type_: ast.TypeExpr, indent: str = "") -> str:
     """A type; a STRUCT goes over several lines, whose indent it is given."""
     match type_:
@@ -97,9 +102,8 @@ def type_text(type_: ast.TypeExpr, indent: str = "") -> str:
             return name
         case ast.NamedType(name, length):
             return f"{name}[{expr_text(length)}]"
-        case ast.ArrayType(bounds, element):
-            ranges = ", ".join(f"{expr_text(low)}..{expr_text(high)}" for low, high in bounds)
-            return f"ARRAY [{ranges}] OF {type_text(element, indent)}"
+        case ast.ArrayType(element=element):
+            return f"ARRAY [{bounds_text(type_)}] OF {type_text(element, indent)}"
         case ast.SubrangeType(base, low, high):
             return f"{base} ({expr_text(low)}..{expr_text(high)})"
         case ast.EnumType(values, base=base):

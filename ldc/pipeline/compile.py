@@ -26,8 +26,10 @@ from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
 from ldc.model.chart_control import Control
+from ldc.model.open_arrays import with_bounds
 from ldc.model.program_calls import with_blocks
 from ldc.model.project import Pou
+from ldc.model.resolver import declared
 from ldc.parser import ast, format_of, parse_file, parse_files
 from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.sfc import bodies as sfc_bodies
@@ -94,8 +96,9 @@ class _Compile:
             pace.elsewhere(self.components.values(), self.slaves, self.diagnostics)
             project = ast.Project((*files, *more))
         with self.timings.of("resolve"):
-            meant = with_blocks(project)
-            self.model = resolve(meant, self.diagnostics, self.sources.settings)
+            settings = self.sources.settings
+            meant = with_bounds(with_blocks(project), self.diagnostics, lambda made: declared(made, settings))
+            self.model = resolve(meant, self.diagnostics, settings)
         self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings, self.remembered)
         builds: dict[str, tuple[RungBuild, ...]] = {}
         units: list[il.Unit] = []
