@@ -223,7 +223,7 @@ def test_a_mark_does_not_part_what_belongs_together() -> None:
     ("LD delay\nST a", "LD0708", "delay"),
     ("LD list\nST i", "LD0708", "ST i"),
     ("LD list\nEQ list", "LD0708", "list"),
-    ("LD list\nEQ( list\n)", "LD0708", "list"),
+    ("LD list\nEQ( list\n)", "LD0708", ")"),
     ("LD list\nEQ(\nLD list\n)", "LD0708", ")"),
     ("LD list\nNOT", "LD0708", "NOT"),
     ("LD list[i + 1]", "LD0709", "list[i + 1]"),

@@ -178,3 +178,13 @@ def test_the_formatter_keeps_what_is_open() -> None:
 ])
 def test_what_cannot_be_is_told(text: str, codes: list[str]) -> None:
     assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == codes
+
+
+def test_an_array_is_handed_over_within_brackets(tmp_path: Path) -> None:
+    """The IL `MUL( y / total / )` loads an array that a FUNCTION takes."""
+    text = TOTAL.replace("[*]", "[0..1]") + """PROGRAM main
+VAR y : ARRAY [0..1] OF INT := [3, 4]; n : DINT := 5; END_VAR
+    n := n * total(y);
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.st", [{}], ("n",)) == [(35,)]
