@@ -89,6 +89,9 @@ class Parameter:
     initial: Value | None = None
 
 
+OTHER_PINS = {"RESET": "R", "LOAD": "LD", "SET1": "S1", "SET": "S", "RESET1": "R1"}
+"""Names that CODESYS and TwinCAT have for pins of standard function blocks, and the standard's."""
+
 ACTION = "ACTION"
 """The kind of what an action is called with."""
 
@@ -124,7 +127,7 @@ class Signature:
             for parameter in group:
                 if parameter.name.upper() == key:
                     return parameter
-        return None
+        return self.pin(OTHER_PINS[key]) if self.standard and key in OTHER_PINS else None
 
     def action(self, name: str) -> int:
         """The number of an action, from 1; 0 when there is none of that name."""

@@ -163,7 +163,8 @@ def test_contacts_and_coils(rung: str, expected: str) -> None:
     ("[i > t] (a)", "LD0410 [i > t]"),
     ("[ul > i] (a)", "LD0410 [ul > i] GT: ULINT and INT have no common type; convert one of them | "
      "convert it by `INT_TO_ULINT(...)`"),
-    ("[i AND j] (a)", "compare numbers first"),
+    ("[w AND w] (a)", "write `[(w AND w) <> 0]`"),
+    ("[i AND b] (a)", "compare numbers first"),
     ("[warm = warm] (a)", "LD0410"),
     ("[m = txt] (a)", "LD0410"),
     ("<warm: TON(PT := 500)> (a)", "LD0403 [500] pin `PT` needs TIME, not INT | a time has a unit, for example `T#500ms`"),

@@ -439,3 +439,72 @@ END_PROGRAM
     told = checked(text, "main.st").diagnostics
     assert [(d.code, d.message) for d in told] == [("LD0241", "a value of mode counts as INT here"),
                                                    ("LD0241", "INT counts as a value of mode here")]
+
+
+def test_pins_of_standard_blocks_have_the_names_of_codesys_too(tmp_path: Path) -> None:
+    text = """PROGRAM main
+VAR a, b : BOOL; reset : RS; set : SR; up : CTU; down : CTD; both : CTUD; n, m, k : INT; END_VAR
+    reset(SET := a, RESET1 := b);
+    set(SET1 := a, RESET := b);
+    up(CU := a, RESET := b, PV := 3, CV => n);
+    down(CD := a, LOAD := b, PV := 3, CV => m);
+    both.RESET := FALSE;
+    both(CU := a, CD := FALSE, LOAD := b, PV := 7, CV => k);
+END_PROGRAM
+"""
+    rows = trace(tmp_path, text, "main.st", [{"a": True}, {"a": False, "b": True}], ["reset.Q1", "set.Q1", "n", "m", "k"])
+    assert rows == [(True, True, 1, -1, 1), (False, False, 0, 3, 7)]
+    told = checked(text.replace("RESET1", "RESET"), "main.st").diagnostics
+    assert [d.code for d in told] == ["LD0505"]
+
+
+def test_words_of_charts_are_names_where_no_chart_can_be_meant(tmp_path: Path) -> None:
+    """Before another name they stay reserved; a printed IL calls them otherwise."""
+    text = """TYPE record : STRUCT Step : INT; END_STRUCT; END_TYPE
+FUNCTION_BLOCK sequence
+VAR_OUTPUT Step : INT; END_VAR
+VAR From, On : INT; END_VAR
+    From := Step;
+    IF Step >= 3 THEN Step := 0; ELSE Step := Step + 1; END_IF;
+    On := From;
+END_FUNCTION_BLOCK
+PROGRAM main
+VAR
+    q : sequence; Action, With, n : INT; Transition : ARRAY [0..3] OF BOOL; x : BOOL; part : record;
+END_VAR
+    q();
+    part.Step := part.Step + 2;
+    n := q.Step + 10 * part.Step;
+    Action := q.Step;
+    Transition[Action] := NOT Transition[Action];
+    CASE Action OF 1: With := 10; 2, 3: With := Action; END_CASE;
+    x := Transition[1] AND With > 0;
+END_PROGRAM
+"""
+    told = checked(text, "main.st").diagnostics
+    assert not list(told)
+    rows = trace(tmp_path, text, "main.st", [{}] * 4, ["n", "x"])
+    assert rows == [(21, True), (42, True), (63, True), (80, True)]
+    chart = """PROGRAM main
+VAR step : INT; END_VAR
+INITIAL_STEP begin: END_STEP
+STEP wait: count(P1); END_STEP
+TRANSITION FROM begin TO wait := step < 2; END_TRANSITION
+TRANSITION go FROM wait TO begin := TRUE; END_TRANSITION
+ACTION count: step := step + 1; END_ACTION
+END_PROGRAM
+"""
+    assert not list(checked(chart, "main.st").diagnostics)
+
+
+def test_pins_of_a_program_may_have_addresses(tmp_path: Path) -> None:
+    text = """PROGRAM main
+VAR_INPUT start AT %IX0.0 : BOOL; END_VAR
+VAR_OUTPUT run AT %QX0.0 : BOOL; END_VAR
+    run := start OR run;
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.st", [{}, {"start": True}, {"start": False}], ["run"]) == [
+        (False,), (True,), (True,)]
+    block = text.replace("PROGRAM", "FUNCTION_BLOCK")
+    assert {d.code for d in checked(block, "main.st").diagnostics} == {"LD0213"}

@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping
 
 from ldc.expr import Const, Expr, FieldStep, IndexStep, Load, Place
 from ldc.il.program import OPCODES, Unit
+from ldc.parser.lexer import SOFT
 from ldc.symbols import Variable
 from ldc.types import Array, Instance, Struct, Type
 
-IL_WORDS = frozenset(op for op in OPCODES if op.isalpha()) - {"LABEL", "FN", "EXT", "ACT"}
+IL_WORDS = frozenset(op for op in OPCODES if op.isalpha()) - {"LABEL", "FN", "EXT", "ACT"} | SOFT
 
 
 def renamed(names: Iterable[str], clashes: Iterable[str], taken: Iterable[str] = (),

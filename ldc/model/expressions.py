@@ -13,7 +13,7 @@ from ldc.diagnostics import Diagnostics
 from ldc.expr import SHORT_CIRCUIT, Apply, Const, Expr, Load, nodes
 from ldc.library import functions
 from ldc.library.faults import DivisionByZero
-from ldc.model import calls, parts, places
+from ldc.model import calls, integer_bits, parts, places
 from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
@@ -203,7 +203,8 @@ def _unary(env: Environment, node: ast.Unary, hint: Type | None, diagnostics: Di
             result = Untyped(-result.value, step.span)
         else:
             name = "NEG" if step.op == "-" else "NOT"
-            result = apply(env, name, (_logic_operand(name, result, hint),), step.span, diagnostics)
+            result = apply(env, name, (_logic_operand(name, result, hint),), step.span, diagnostics,
+                           hint if name == "NOT" and type(result) is Untyped else None)
     return result
 
 
@@ -222,11 +223,11 @@ def _binary(env: Environment, node: ast.Binary, hint: Type | None, diagnostics: 
 
 def _beside(operator: str, other: Value | None, hint: Type | None) -> Type | None:
     """What a literal in an operand of AND, OR, XOR becomes, as in `w AND NOT 16#4`: the bit string that the
-    other operand is, or that the context asks for."""
+    other operand is, or that the context asks for; of an integer in the same way."""
     if OPERATORS[operator] not in LOGIC:
         return None
     type_ = hint if other is None or type(other) in _UNDECIDED else storage(other.type)
-    return type_ if isinstance(type_, Elementary) and type_.kind == "bits" else None
+    return type_ if isinstance(type_, Elementary) and type_.kind in ("bits", "int", "uint") else None
 
 
 def _combine(
@@ -240,7 +241,8 @@ def _combine(
         if folded is not NotImplemented:
             return folded
     left, right = _logic_operand(name, left, hint), _logic_operand(name, right, hint)
-    found = apply(env, name, (left, right), node.span, diagnostics)
+    asked = hint if name in LOGIC and type(left) is type(right) is Untyped else None
+    found = apply(env, name, (left, right), node.span, diagnostics, asked)
     if found is None or found.op != name:
         return found
     first = found.args[0]
@@ -369,6 +371,10 @@ def apply(
     resolved = resolve(name, args, hint)
     if isinstance(resolved, str) and (counted := _counted(env, name, args, span, diagnostics)) is not None:
         return counted
+    if name in integer_bits.OPERATORS and (isinstance(resolved, str) or type(args[0]) is Untyped):
+        taken = integer_bits.taken(name, args, hint, diagnostics)
+        if taken is not None:
+            return _on_bits(env, name, taken, span, diagnostics)
     if isinstance(resolved, str):
         findings.no_such_operation(diagnostics, span, resolved, _operation_help(name, args))
         return None
@@ -420,6 +426,15 @@ def _counted(
     findings.counted(diagnostics, span, largest, unsigned(largest))
     back = not mixed and found.type is unsigned(largest)
     return as_number(found, largest) if back else found
+
+
+def _on_bits(
+    env: Environment, name: str, taken: integer_bits.Taken, span: Span, diagnostics: Diagnostics
+) -> Expr | None:
+    found = apply(env, name, taken.args, span, diagnostics)
+    if found is not None and taken.told:
+        findings.counted(diagnostics, span, taken.number, found.type)
+    return found if found is None or taken.mixed else converted(found, taken.number, span)
 
 
 def _time_last(args: tuple[Value, ...]) -> bool:

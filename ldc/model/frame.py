@@ -227,7 +227,8 @@ class Frame:
     def _location(self, node: ast.VarDecl, block: ast.VarBlock, type_: Type) -> Location | None:
         diagnostics = self.owner.diagnostics
         placed = self.kind not in ("FUNCTION", "FUNCTION_BLOCK") or node.path is not None
-        if block.kind not in ("VAR", "VAR_GLOBAL") or not placed:
+        pins = ("VAR_INPUT", "VAR_OUTPUT") if self.kind == "PROGRAM" else ()
+        if block.kind not in ("VAR", "VAR_GLOBAL", *pins) or not placed:
             where = f"a {self.kind}" if block.kind == "VAR" else block.kind
             findings.location_not_allowed(diagnostics, node.span, node.name, where)
             return None

@@ -85,7 +85,9 @@ def _comparison(text: str, type_: Type, shape: str = "[{}]") -> str:
     if base == TIME:
         return f"write `{shape.format(f'{text} <> T#0s')}`"
     if isinstance(base, Elementary) and base.kind in ("int", "uint", "bits", "real"):
-        return f"write `{shape.format(f'{text} <> 0')}`"
+        weak = not expressions.LOGIC.isdisjoint(text.upper().split())  # binds less than `<>`
+        whole = f"({text})" if weak else text
+        return f"write `{shape.format(f'{whole} <> 0')}`"
     if isinstance(base, String):
         return "write `" + shape.format(f"{text} <> ''") + "`"
     if hasattr(base, "pou"):

@@ -197,7 +197,8 @@ def _member(
                              "constant as its name")
         return None
     findings.unknown_member(diagnostics, node.span, type_, node.name,
-                            suggest(node.name, names) or "it has " + ", ".join(names[:12]))
+                            suggest(node.name, names) or ("it has " + ", ".join(names[:12]) if names else
+                                                          "only inputs and outputs are seen from outside"))
     return None
 
 

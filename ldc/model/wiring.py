@@ -104,7 +104,8 @@ class Wiring:
                         "the power cannot " + ("enter" if word == "in" else "leave"),
                         f"write `{word}=_` before the `>` to leave the power unconnected")
             return usual
-        key = chosen.upper()
+        known = self.signature.pin(chosen)
+        key = (chosen if known is None else known.name).upper()
         found = next((p for p in pins if p.name.upper() == key), None)
         if found is not None and storage(found.type) == BOOL:
             return found
@@ -156,7 +157,8 @@ class Wiring:
             f"`in={name}`" for name in (*others, NOT_WIRED))
 
     def _named(self, pin: ast.Pin) -> Parameter | None:
-        key = pin.name.upper()
+        known = self.signature.pin(pin.name)
+        key = (pin.name if known is None else known.name).upper()
         for group, is_output in ((self.inputs, False), (self.outputs, True), (self.in_outs, False)):
             for parameter in group:
                 if parameter.name.upper() == key:

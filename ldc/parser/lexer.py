@@ -36,6 +36,10 @@ KEYWORDS: dict[str, str] = {word: word for word in (*_SAME.split(), *SECTIONS, *
 }
 """Reserved words in capitals, and the type of their tokens (IEC 61131-3, annex C, and RUNG)."""
 
+SOFT = frozenset(("STEP", "INITIAL_STEP", "ACTION", "TRANSITION", "FROM", "ON", "WITH"))
+"""Reserved words before a name only: elsewhere in texts with statements, and in IL, they are names, as in
+many editors."""
+_LED = frozenset(("NAME", "INTEGER", "BAD", *SOFT))
 _BOUNDARIES = frozenset(
     (*SECTIONS, *(word for word in _SAME.split() if word.startswith("END_")), "PROGRAM", "FUNCTION",
      "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "RESOURCE", "RUNG", "STEP", "INITIAL_STEP", "TRANSITION",
@@ -116,22 +120,31 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None, statements: 
     end = len(source.text) if end is None else end
     columns = Tokens(source, [], [], [], [])
     modifiers: list[int] = []
+    soft: list[int] = []
     at = start
     while at < end and len(columns.types) <= MOST_TOKENS:
-        at = _boundary(source.text, _lex(columns, modifiers, at, end, statements), end)
+        at = _boundary(source.text, _lex(columns, modifiers, soft, at, end, statements), end)
     types = columns.types
     for index in modifiers:  # P N S R are modifiers only before a name
         if index + 1 < len(types) and types[index + 1] in ("NAME", "DIRECT"):
             types[index] = "MODIFIER"
+    for index in soft:
+        following = types[index + 1] if index + 1 < len(types) else "NAME"
+        led = following in _LED or following == "(" and types[index] in ("TRANSITION", "FROM")
+        if not led or types[index - 1 : index] == ["."]:
+            types[index] = "NAME"
     return columns
 
 
-def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements: bool) -> int:
+def _lex(
+    columns: Tokens, modifiers: list[int], soft: list[int], start: int, end: int, statements: bool
+) -> int:
     """Append tokens until the end or until a unit is too long; where it stopped."""
     text, types, starts, ends = columns.source.text, columns.types, columns.starts, columns.ends
     known: dict[str, str] = {}
     written = columns.source.path.lower().endswith(".st")
     statements |= written
+    relaxed = statements or columns.source.path.lower().endswith(".il")
     lines, limit = statements, _limit(types)
     nests, braces = True, written  # whether comments close what they open; whether braces are pragmas
     passed = 0  # what ends there was taken as a whole
@@ -152,7 +165,9 @@ def _lex(columns: Tokens, modifiers: list[int], start: int, end: int, statements
                 known[word] = kind
             if to - at == 1 and word in _MODIFIERS and types and types[-1] in ("[", "("):
                 modifiers.append(len(types))
-            elif kind in _BOUNDARIES:
+            if relaxed and kind in SOFT:
+                soft.append(len(types))
+            if kind in _BOUNDARIES:
                 braces = written and kind != "RUNG"
                 lines, limit = statements or kind in _WITH_LINES, _limit(types)
         elif kind == "OP":

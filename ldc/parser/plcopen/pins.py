@@ -9,11 +9,10 @@ from ldc.library import blocks, functions
 from ldc.parser import ast
 from ldc.parser.plcopen import findings
 from ldc.source import Span
-from ldc.symbols import Signature
+from ldc.symbols import OTHER_PINS, Signature
 from ldc.types import BOOL, ELEMENTARY
 
 NO_WIRE = "_"
-_OTHER_NAMES = {"RESET": "R", "LOAD": "LD", "SET1": "S1", "SET": "S", "RESET1": "R1"}
 _ANY_ORDER = ("AND", "OR", "XOR", "ADD", "MUL", "MIN", "MAX")
 _ZERO = {"bool": (False, "BOOL", "FALSE"), "time": (0, "TIME", "T#0s"), "string": (b"", None, "''")}
 
@@ -24,7 +23,7 @@ def standard_names(type_: str, is_function: bool, names: Sequence[str]) -> list[
     if not is_function:
         signature = blocks.signature(type_)
         known = {p.name for p in signature.inputs} if signature is not None else set()
-        return [_OTHER_NAMES.get(name.upper(), name) if signature is not None and name.upper() not in known
+        return [OTHER_PINS.get(name.upper(), name) if signature is not None and name.upper() not in known
                 else name for name in names]
     row = functions.lookup(type_)
     values = [name for name in names if name.upper() != "EN"]
