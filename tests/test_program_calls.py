@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from everywhere import PERIOD, checked, compiled, trace
 
+from ldc import pipeline
 from ldc.cli.main import main
 from ldc.diagnostics import Diagnostics
 from ldc.parser import parse_file
@@ -190,3 +191,12 @@ END_PROGRAM
     digests = {compiled(text, "main.ld", memory=Memory(tmp_path / "memory.rungs"), keep=False).image.digest
                for _ in range(2)}
     assert digests == {compiled(text, "main.ld").image.digest}
+
+
+def test_a_task_of_the_project_that_names_a_called_program_is_told(tmp_path: Path) -> None:
+    (tmp_path / "main.st").write_text(
+        "PROGRAM pumps VAR n : INT; END_VAR n := n + 1; END_PROGRAM PROGRAM main pumps(); END_PROGRAM")
+    (tmp_path / "ldc.toml").write_text(
+        '[project]\nname = "p"\nsources = ["main.st"]\n[tasks.fast]\ninterval = "10ms"\nprograms = ["main", "pumps"]\n')
+    found = [d for d in pipeline.compile_paths([str(tmp_path)]).diagnostics if d.severity == "error"]
+    assert [d.code for d in found] == ["LD0221"] and "runs where it is called" in found[0].message

@@ -153,6 +153,10 @@ class Configurator:
         if key in self._programs:
             return True
         pou = self.model.pous.get(key)
+        if any(p.signature.written.upper() == key and p.signature.kind == "FUNCTION_BLOCK" and key in self.model.globals
+               for p in self.model.pous.values()):
+            findings.called_program(self.diagnostics, span, name)
+            return False
         if pou is not None:
             help = f"`{pou.name}` is a {pou.signature.kind}; only a PROGRAM runs by a task"
         else:

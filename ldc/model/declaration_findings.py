@@ -177,6 +177,12 @@ def unknown_in_configuration(
     diagnostics.error("LD0220", f"there is no {what} `{name}`", span, f"unknown {what}", help=help)
 
 
+def called_program(diagnostics: Diagnostics, span: Span | None, name: str) -> None:
+    """A task of ldc.toml runs a PROGRAM that others call."""
+    bad_task(diagnostics, span, f"`{name}` is called by other POUs, and runs where it is called", "run by a task",
+             "leave it out of the tasks; a CONFIGURATION in the text may run it besides")
+
+
 def bad_task(diagnostics: Diagnostics, span: Span | None, message: str, label: str, help: str) -> None:
     diagnostics.error("LD0221", message, span, label, help=help)
 
