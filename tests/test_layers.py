@@ -15,7 +15,7 @@ from plcopen_xml import coil, contact, ladder, rail
 
 ROOT = Path(__file__).resolve().parent.parent
 
-BASE = {"ldc", "ldc.collector", "ldc.patterns", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr",
+BASE = {"ldc", "ldc.beside", "ldc.collector", "ldc.patterns", "ldc.records", "ldc.source", "ldc.diagnostics", "ldc.types", "ldc.expr",
         "ldc.symbols", "ldc.free_names", "ldc.similar",
         "ldc.unfinished"}
 FILES = {"ldc.durations", "ldc.codes", "ldc.render", "ldc.reading", "ldc.toml_spans", "ldc.toml_tables"}
@@ -23,6 +23,7 @@ COMPILER = ["ldc.library", "ldc.parser", "ldc.model", "ldc.graph", "ldc.il", "ld
 
 MAY_IMPORT: dict[str, set[str]] = {
     "ldc": set(),
+    "ldc.beside": set(),
     "ldc.collector": set(),
     "ldc.patterns": set(),
     "ldc.records": set(),

@@ -18,14 +18,9 @@ _OF_TC6 = frozenset("""
     productRelease productVersion qualifier refLocalId repetitionValue retain single storage storageIn
     storageOut targetName type typeName upper value version width x y WorksheetName xmlns""".split())
 """Of versions 1.0 to 2.01, with those that all editors write beside them and that are read."""
-_NAME = Pattern(r"""\s(?!(?:localId|refLocalId|formalParameter|x|y|width|height|name)=)
-    ([^\s=<>"'/]++)\s*+=\s*+["']""", re.VERBOSE)
-"""A name, but for those that most of a drawing consists of: a usual file costs no more than this look."""
 _TAG = Pattern(r"""<!--.*?(?:-->|\Z)|<!\[CDATA\[.*?(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)
     |<(/?)([^\s/<>!?]+)((?:[^<>"']|"[^<"]*"|'[^<']*')*?)(/?)>""", re.DOTALL | re.VERBOSE)
 _ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-_DECLARATION = 200
-"""Characters in which a file says that it is XML."""
 _OPEN_TO_ALL = ("addData", "documentation", "content", "ST", "IL", "STContent")
 """What is in them is a vendor's, or text with tags of its own."""
 
@@ -33,12 +28,11 @@ _OPEN_TO_ALL = ("addData", "documentation", "content", "ST", "IL", "STContent")
 def tell(document: Document, reading: Reading, further: frozenset[str]) -> None:
     """Report each unknown attribute that says something, once for a kind of element, at the first (LD0172).
     ``further``: known ones that TC6 does not have."""
-    text = document.source.text
-    behind = max(text.find("?>", 0, _DECLARATION), 0)  # the encoding of the file
-    strange = {name for name in set(_NAME.findall(text, behind)) - _OF_TC6 - further
+    strange = {name for name in document.names - _OF_TC6 - further
                if not name.startswith(("xmlns:", "xsi:", "xml:"))}
     if not strange:
         return
+    text = document.source.text
     found: dict[tuple[str, str], list[int]] = {}
     within: list[str] = []
     for match in _TAG.finditer(text):

@@ -1,24 +1,26 @@
 """XML text to a tree whose nodes know where they stand in it; safe for any input.
 
-One expression cuts the text into tags; expat says whether it is XML at all. A document type is refused, so
-that there are no entities to expand and nothing to load; size and depth are bounded. Names lose their prefix:
-the flavours of TC6 differ in nothing but the namespace.
+One expression cuts the text into tags; expat says whether it is XML at all (``whole``). A document type is
+refused, so that there are no entities to expand and nothing to load; size and depth are bounded. Names lose
+their prefix: the flavours of TC6 differ in nothing but the namespace.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
-from xml.parsers import expat
+from functools import lru_cache, partial
 
+from ldc.beside import Beside
 from ldc.diagnostics import Diagnostics
-from ldc.parser.plcopen import findings, usual
+from ldc.parser.plcopen import findings, usual, whole
 from ldc.parser.plcopen.nesting import flat, nests
 from ldc.patterns import Pattern
 from ldc.source import SourceFile, Span
 
 MAX_ELEMENTS, MAX_DEPTH = 2_000_000, 200
+_LONG = 1_000_000
+"""Characters of a text from which on a process of its own pays for what is asked of all of it."""
 _TAG = r"""
     <(?: (?:(connection)(?=[ >]) | ([^ \t\n\r/<>!?]++)) {rest} >
              (?: (?<=/>) | () (?>(?:[ \t\n\r]*+<relPosition[ ]{rest}(?<=/)>)*)
@@ -221,14 +223,21 @@ class Node:
 
 
 class Document:
-    """``root`` is None when the text is no XML that can be read (a diagnostic tells)."""
+    """``root`` is None when the text is no XML that can be read (a diagnostic tells). ``names``: those of its
+    attributes (`whole.names`)."""
 
     def __init__(self, source: SourceFile, diagnostics: Diagnostics) -> None:
         self.source = source
         self._plain: SourceFile | None = None
         text = source.text
-        roots, stack, refused = self._tree(0, len(text))
-        self.root = (roots[0] if roots else None) if self._is_xml(refused, diagnostics) else None
+        with Beside(partial(whole.asked, text), pays=len(text) >= _LONG) as asked:
+            roots, stack, refused = self._tree(0, len(text))
+            fault, self.names = asked.result()
+        if refused is not None:
+            fault = whole.fault(text, refused)
+        self.root = roots[0] if roots and fault is None else None
+        if fault is not None:
+            self._tell(fault, diagnostics)
         if self.root is not None and refused is not None:
             deep = len(stack) >= MAX_DEPTH
             what, limit = ("levels", MAX_DEPTH) if deep else ("elements", MAX_ELEMENTS)
@@ -324,28 +333,16 @@ class Document:
                     node.children = siblings
         return roots, [node for node, _ in stack], refused
 
-    def _is_xml(self, end: int | None, diagnostics: Diagnostics) -> bool:
-        """Whether the text, up to a place, is XML; tells where it is not."""
-        text = self.source.text
-        skip = len(text) - len(text.lstrip())
-        data = text[skip:end].encode("utf-8", "replace")
-        parser = expat.ParserCreate("utf-8")
-        parser.StartDoctypeDeclHandler = _doctype
-        try:
-            parser.Parse(data, end is None)
-        except _DocumentType:
-            start = max(0, text.find("<!DOCTYPE"))
-            findings.document_type(diagnostics, Span(self.source, start, start + len("<!DOCTYPE")))
-        except expat.ExpatError as error:
-            before = data[: max(0, parser.ErrorByteIndex)].decode("utf-8", "ignore")
-            at = min(skip + len(before), len(text))
-            _, opened, _ = self._tree(0, at)
-            what = _ENDS_EARLY if at >= len(text.rstrip()) else expat.ErrorString(error.code) or "no XML"
-            findings.not_well_formed(diagnostics, Span(self.source, at, at + 1), what,
-                                     opened[-1].span if opened else None)
-        else:
-            return True
-        return False
+    def _tell(self, fault: tuple[int, str], diagnostics: Diagnostics) -> None:
+        """Tells where the text ceases to be XML."""
+        (at, what), text = fault, self.source.text
+        if what == whole.DOCTYPE:
+            findings.document_type(diagnostics, Span(self.source, at, at + len(whole.DOCTYPE)))
+            return
+        _, opened, _ = self._tree(0, at)
+        what = _ENDS_EARLY if at >= len(text.rstrip()) else what
+        findings.not_well_formed(diagnostics, Span(self.source, at, at + 1), what,
+                                 opened[-1].span if opened else None)
 
 
 def _attributes(head: str) -> dict[str, str]:
@@ -379,10 +376,6 @@ def _number(text: str, default: int = 0) -> int:
     return int(float(text)) if _NUMBER.fullmatch(text) else default
 
 
-def _doctype(*_) -> None:
-    raise _DocumentType
-
-
 def _unmarked(node: Node, raw: str) -> str:
     """The text of an element without references and markup, its lines where they were. Each line begins in
     the column where it did, so that places are those of the file."""
@@ -411,7 +404,3 @@ def _unescaped(text: str) -> str:
     from html import unescape  # slow to load, and few drawings have any
 
     return unescape(text)
-
-
-class _DocumentType(Exception):
-    """A document type begins."""
