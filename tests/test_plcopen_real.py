@@ -16,10 +16,15 @@ from plcopen_xml import (
     result,
     value,
     variables,
+    wires,
 )
 from test_plcopen import built, compiled, run, said
 
 from ldc.cli.main import main
+from ldc.diagnostics import Diagnostics
+from ldc.parser.plcopen import read
+from ldc.pipeline import compile_paths
+from ldc.source import SourceFile
 
 VALUES = "a b c q w : BOOL; i j k : INT; x y : REAL; t : TON; n : CTU; u : WORD"
 
@@ -627,3 +632,65 @@ def test_conversions_between_bit_strings_and_real_numbers() -> None:
                  value(6, "x"), block(7, "REAL_TO_WORD", {"IN": 6}, ("OUT",), at=(40, 90)),
                  result(8, "v", "7.OUT", at=(80, 90)))
     assert run(xml, [{"u": 40000}, {"a": 1}], "x v") == ["0 0", "40000 40000"]
+
+
+# ---- editors of the family of MULTIPROG
+
+
+def test_lines_of_a_text_that_only_xhtml_breaks() -> None:
+    """A comment ends where the line does, an instruction too."""
+    text = ("<html><p>q := a; // one</p><p>IF b THEN // two<br/>q := FALSE; (* x<br/>y *) END_IF</p>"
+            "<div>z := q;</div></html>")
+    assert run(project(pou(f"<ST>{text}</ST>", "a b q z : BOOL")),
+               [{"a": 1}, {"b": 1}, {"b": 0}], "z") == ["1", "0", "1"]
+    listed = '<IL><p xml:space="preserve">LD a // first<br/>OR b<br/>ST q</p></IL>'
+    xml = project(pou(listed, "a b q : BOOL"))
+    assert run(xml, [{"a": 0}, {"b": 1}], "q") == ["0", "1"]
+
+
+def test_a_body_in_il_with_broken_lines_is_imported(tmp_path) -> None:
+    source = tmp_path / "plc.xml"
+    source.write_text(project(pou("<IL><p>LD a // first<br/>ST q</p></IL>", "a q : BOOL")))
+    assert main(["import", str(source), "-o", str(tmp_path / "made")]) == 0
+    assert compile_paths([str(tmp_path / "made")]).image.digest == compile_paths([str(source)]).image.digest
+    assert "LD a // first\n" in "".join(p.read_text() for p in (tmp_path / "made" / "src").iterdir())
+
+
+def test_comments_of_variables_tasks_without_names_and_groups_of_globals() -> None:
+    variable = '<variable name="shared" comment="seen by all"><type><BOOL/></type></variable>'
+    body = (f"<interface><externalVars>{variable}</externalVars></interface>"
+            "<body><ST>shared := TRUE;</ST></body>")
+    instances = ('<configurations><configuration name="c"><resource name="r">'
+                 '<task priority="0" interval="00:00:00.4"><programInstance name="one" type="main"/></task>'
+                 '<task priority="1" interval="00:01:00"/>'
+                 '<pouInstance name="two" taskName="slow" typeName="main"/>'
+                 f'<task name="slow" interval="T#1s"/><globalVars name="Sys">{variable}</globalVars>'
+                 "</resource></configuration></configurations>")
+    xml = project(f'<pou name="main" pouType="program">{body}</pou>', instances=instances)
+    found = compiled(xml)
+    assert [d.code for d in found.diagnostics] == []
+    file = read(SourceFile("plc.xml", xml), Diagnostics())
+    assert [v.note for v in file.pous[0].var_blocks[0].variables] == ["seen by all"]
+    tasks = {task.name: task.interval.value for task in file.configurations[0].resources[0].tasks}
+    assert tasks == {"unnamed": 400_000_000, "unnamed_2": 60_000_000_000, "slow": 1_000_000_000}
+
+
+def test_a_task_that_waits_for_an_event_of_the_system_is_told() -> None:
+    instances = ('<configurations><configuration name="c"><resource name="r"><task name="start" '
+                 'single="@warm"><pouInstance name="one" typeName="main"/></task></resource></configuration>'
+                 "</configurations>")
+    found = compiled(project(pou("<ST>a := TRUE;</ST>", "a : BOOL"), instances=instances)).diagnostics
+    assert [d.message for d in found if d.code == "LD0145"] == [
+        "the task `start` waits for an event of the system"]
+
+
+def test_an_element_of_the_editors_own_with_wires_is_told_and_a_title_is_not() -> None:
+    composed = ('<vendorElement localId="8"><position x="30" y="10"/>'
+                "<alternativeText><p>Composer</p></alternativeText>"
+                f"<inputVariables><variable formalParameter='In1'>{wires(2)}</variable></inputVariables>"
+                "<outputVariables><variable formalParameter='Out1'><connectionPointOut/></variable>"
+                "</outputVariables></vendorElement>")
+    found = compiled(fbd("i j : INT", value(2, "i"), composed, result(3, "j", "8.Out1"))).diagnostics
+    assert [(d.code, "`Composer`" in d.message) for d in found] == [("LD0145", True)]
+    title = '<vendorElement localId="8"><alternativeText><p>Title</p></alternativeText></vendorElement>'
+    assert not compiled(fbd("i j : INT", title, value(2, "i"), result(3, "j", 2))).diagnostics

@@ -278,7 +278,8 @@ def test_a_chart_inside_of_an_action_stands_still_while_that_is_not_executed() -
 
 def test_a_timer_of_a_chart_inside_of_an_action_goes_with_it() -> None:
     text = INNER.replace("k := k + 1;", "k := k + 1; warm(IN := go, PT := T#20ms); q := warm.Q;")
-    assert trace(outer(text, Level=LEVEL), "q k", x="0111111111", go="0001111111") == ["0000011111", "0001234567"]
+    x, go = "0111111111", "0001111111"
+    assert trace(outer(text, Level=LEVEL), "q k", x=x, go=go) == ["0000011111", "0001234567"]
     other = outer(text, Level=LEVEL).replace("NOT x", "NOT warm.Q")
     assert codes(other) == ["LD0217"]
 
@@ -304,6 +305,30 @@ def test_a_chart_inside_of_an_action_in_il_is_told_and_inputs_are_inputs_of_it()
     made = compiled(xml)
     assert made.image is not None
     assert [v.name for v in made.model.pous["MAIN_NESTED"].signature.inputs] == ["go"]
+
+
+def shows(id_: int, name: str, source: str, **more: str) -> str:
+    return element("outVariable", id_, f"{wires(source)}<expression>{name}</expression>", **more)
+
+
+def test_variables_that_are_wired_to_steps_show_whether_they_are_active() -> None:
+    """As in the example of a chart in the format's own description."""
+    xml = chart(step(1, "One", 3, initial=True), way(2, 1, named("go")), step(4, "Two", 2),
+                way(3, 4, named("back")), shows(5, "x", "1.x"), shows(6, "y", "4.x", negated="true"),
+                coil(7, "z", "4.x"))
+    one, two = "1001000", "0110111"
+    assert trace(xml, "x y z One.X", go="0100100", back="0001000") == [one, one, two, one]
+
+
+def test_what_is_drawn_beside_a_chart_is_executed_or_told() -> None:
+    xml = chart(step(1, "One", initial=True), rail(7), contact(8, "go", 7), coil(9, "q", 8),
+                value(10, "n"), value(11, "1"), block(12, "ADD", {"IN1": 10, "IN2": 11}, ["OUT"]),
+                shows(13, "n", 12))
+    assert trace(xml, "q n", go="0110") == ["0110", "1234"]
+    found = compiled(chart(step(1, "One", initial=True), value(2, "x"))).diagnostics
+    assert [d.code for d in found] == ["LD0147"]
+    wired = chart(step(1, "One", initial=True), contact(2, "go", "1.x"), coil(3, "q", 2))
+    assert codes(wired) == ["LD0144"]
 
 
 def test_a_drawn_condition_does_not_take_the_name_of_a_transition() -> None:

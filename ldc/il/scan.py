@@ -81,7 +81,7 @@ class Scanner:
     def __init__(self, text: str, start: int, end: int) -> None:
         self.base = start
         self.marks: list[Mark] = []
-        plain = _NOT_CODE.sub(self._blank, text[start:end])
+        plain = _NOT_CODE.sub(self._blank, text[start:end].replace("\r", "\n"))
         self.text = _ENDED.sub(lambda match: " " * len(match[0]), plain) if ";" in plain else plain
 
     def _blank(self, match: re.Match) -> str:

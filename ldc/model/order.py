@@ -18,7 +18,7 @@ from ldc.types import blocks_in
 DEEPEST_CALLS = 100
 # Comments and strings are passed over; a word, and whether a bracket follows it.
 _WORD = Pattern(
-    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\((?!\*))?)",
+    r"\(\*.*?\*\)|//[^\r\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"|([A-Za-z_]\w*)(?=(\s*\((?!\*))?)",
     re.DOTALL
 )
 

@@ -23,7 +23,7 @@ from ldc.symbols import Variable
 
 _REACHED = ("local", "input", "output", "external")
 _PATH = Pattern(
-    r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\""
+    r"\(\*.*?\*\)|//[^\r\n]*|'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\""
     r"|([A-Za-z_]\w*)\s*\.\s*([A-Za-z_]\w*)", re.DOTALL)
 
 

@@ -182,7 +182,7 @@ class _Plain:
         self.lines.append(indent + unparse.rung_text(rung))
 
     def listing(self, body: ast.TextBody) -> None:
-        self.lines.append(body.span.text.strip("\n"))
+        self.lines.append(body.span.text.replace("\r", "\n").strip("\n"))
 
 
 def _configuration(configuration: ast.Configuration) -> Iterator[str]:

@@ -18,6 +18,8 @@ _OF_TC6 = frozenset("""
     productRelease productVersion qualifier refLocalId repetitionValue retain single storage storageIn
     storageOut targetName type typeName upper value version width x y WorksheetName xmlns""".split())
 """Of versions 1.0 to 2.01, with those that all editors write beside them and that are read."""
+_READ = frozenset((("variable", "comment"), ("pouInstance", "taskName"), ("programInstance", "taskName")))
+"""Of other editors, and read: the kind of element and the attribute."""
 _TAG = Pattern(r"""<!--.*?(?:-->|\Z)|<!\[CDATA\[.*?(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)
     |<(/?)([^\s/<>!?]+)((?:[^<>"']|"[^<"]*"|'[^<']*')*?)(/?)>""", re.DOTALL | re.VERBOSE)
 _ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
@@ -47,7 +49,7 @@ def tell(document: Document, reading: Reading, further: frozenset[str]) -> None:
                     within.append(tag)
             continue
         for one in _ATTRIBUTE.finditer(match[3]):
-            if one[1] in strange and (one[2] or one[3] or "").strip():
+            if one[1] in strange and (one[2] or one[3] or "").strip() and (tag, one[1]) not in _READ:
                 found.setdefault((tag, one[1]), []).append(match.start(3) + one.start(1))
         if tag in _OPEN_TO_ALL and not match[1] and not match[4]:
             within.append(tag)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Set
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence, Set
 from itertools import accumulate
 
 from ldc.diagnostics import Diagnostics
@@ -123,12 +123,13 @@ class Parts:
 
     # ---- steps
 
-    def steps(self, always: str | None = None) -> tuple[sfc.Step, ...]:
-        """The steps with their actions. ``always``: an action that is executed from the initial steps on."""
+    def steps(self, always: Sequence[str] = ()) -> tuple[sfc.Step, ...]:
+        """The steps with their actions. ``always``: actions that are executed from the initial steps on."""
         found: dict[str, list[sfc.Association]] = {id_: [] for id_ in self._steps}
         for id_, node in self._steps.items():
-            if always is not None and node.flag("initialStep"):
-                found[id_].append(sfc.Association(ast.Name(always, node.span), "S", None, (), node.span))
+            if node.flag("initialStep"):
+                found[id_] += [sfc.Association(ast.Name(name, node.span), "S", None, (), node.span)
+                               for name in always]
         for id_, node in self._steps.items():
             for qualifier, name, span in self._vendor(node):
                 action = ast.Name(self._names.get(name.upper(), name), span)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
+from ldc.free_names import free_name
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, interface, kept, texts
 from ldc.parser.plcopen.document import Node
@@ -36,8 +37,13 @@ def _apart(resources: list[ast.Resource]) -> tuple[ast.Resource, ...]:
 def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:
     """A resource; it is the processor of its name."""
     tasks, programs = [], []
+    names = {child.get("name").strip().upper() for child in node.all("task")}
     for child in node.all("task"):
-        name = texts.label(kept.original(child, "name"), "task")
+        if child.get("name").strip():
+            name = texts.label(kept.original(child, "name"), "task")
+        else:
+            name = free_name("unnamed", names)
+            names.add(name.upper())
         tasks.append(_task(child, name, diagnostics))
         programs += _programs(child, name)
     programs += _programs(node, None)
@@ -74,7 +80,13 @@ def _task(node: Node, name: str, diagnostics: Diagnostics) -> ast.Task:
         if settings is not None:
             unit = _UNITS.get(settings.get("IntervalUnit"), 1_000_000)
             interval = texts.time_literal(settings.number("Interval") * unit, settings.span)
-    single = texts.expression(node.attribute("single"), diagnostics) if node.get("single").strip() else None
+    single = None
+    if node.get("single").strip().startswith("@"):
+        message = f"the task `{name}` waits for an event of the system"
+        findings.unsupported(diagnostics, node.attribute("single"), message, "no variable",
+                             "give it an interval, or a variable that starts it")
+    elif node.get("single").strip():
+        single = texts.expression(node.attribute("single"), diagnostics)
     if isinstance(single, ast.Literal):
         single = None
     level = min(max(node.number("priority"), 0), _MOST_PRIORITY)
@@ -84,9 +96,10 @@ def _task(node: Node, name: str, diagnostics: Diagnostics) -> ast.Task:
 
 def _programs(node: Node, task: str | None) -> list[ast.ProgramInstance]:
     """``typeName`` is empty in some exports (the instance then has the name of its program), and is called
-    ``type`` in old ones."""
+    ``type`` in old ones; some editors write instances beside the tasks and name their task."""
     found = []
-    for child in node.all("pouInstance"):
+    for child in node.all("pouInstance", "programInstance"):
         pou = child.get("typeName").strip() or child.get("type").strip() or child.get("name").strip()
-        found.append(ast.ProgramInstance(texts.label(kept.original(child, "name"), pou), task, pou, child.span))
+        of = task or child.get("taskName").strip() or None
+        found.append(ast.ProgramInstance(texts.label(kept.original(child, "name"), pou), of, pou, child.span))
     return found

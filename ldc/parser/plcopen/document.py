@@ -38,6 +38,9 @@ _USUAL_TAG = Pattern(_TAG.format(rest="[^<>]*+"), re.DOTALL | re.VERBOSE)
 _WIRE, _NAMED, _OPEN, _LEAF, _END = 1, 2, 3, 4, 5
 """The last group that matched tells which of them it is; a name alone: an element without an end tag."""
 _MARKUP = Pattern(r"<!\[CDATA\[(.*?)\]\]>|<!--.*?-->|<[^>]*>|([^<]+)", re.DOTALL)
+_BREAK = Pattern(r"<(?:[\w.-]+:)?br[\s/>]|</(?:[\w.-]+:)?(?:p|div)\s*>", re.IGNORECASE)
+"""What begins a line in a text that is XHTML. A carriage return stands for it: it ends comments and
+instructions, and lines are still counted as the file has them."""
 _NUMBER = Pattern(r"[+-]?\d{1,15}(\.\d{1,15})?", re.ASCII)
 _ATTRIBUTE = Pattern(r"""\s([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _USUAL = Pattern(r'''[ ]([^ =<>"/]+)="([^"]*)"''')
@@ -386,8 +389,11 @@ def _unmarked(node: Node, raw: str) -> str:
         if text is None:
             before, end, last = match[0].rpartition("\n")
             begun = begun and not end
+            broken = "\r" if _BREAK.match(match[0]) is not None else ""
             if not begun:
-                parts.append("\n" * before.count("\n") + end + " " * len(last))
+                parts.append("\n" * before.count("\n") + end + (broken + " " * len(last))[: len(last)])
+            else:
+                parts.append(broken)
             continue
         if match[2] is None and not begun:
             parts.append(" " * len(_CDATA))

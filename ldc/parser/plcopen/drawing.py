@@ -8,7 +8,7 @@ from operator import attrgetter
 from ldc.diagnostics import Diagnostics
 from ldc.library import blocks
 from ldc.library.functions import is_function
-from ldc.parser.plcopen import additional, boxes, findings
+from ldc.parser.plcopen import additional, boxes, findings, texts
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.guarded import Additions
 from ldc.parser.plcopen.pins import standard_names
@@ -27,6 +27,9 @@ CALLED = "called"
 """The tag of a function block that is called elsewhere: only its outputs are read here."""
 VALUES = ("inVariable", "leftPowerRail", "continuation", "connector", CALLED)
 """What gives a value and does nothing by itself."""
+_WIRED = (("connectionPointIn",), ("connectionPointOut",), ("inputVariables", "variable"),
+          ("outputVariables", "variable"))
+"""What a vendor's element has that takes or gives a value."""
 _EDGES = {("rising", False): "R_TRIG", ("falling", False): "F_TRIG",
           ("rising", True): "F_TRIG", ("falling", True): "R_TRIG"}
 """By the direction, and whether the pin is negated: then it is the opposite edge."""
@@ -114,6 +117,8 @@ class Drawing:
                     self._element(made, index)
             elif node.tag in ("comment", "vendorElement"):
                 self.notes.append(node)
+                if node.tag == "vendorElement" and any(node.find(*path) for path in _WIRED):
+                    self._own_element(node)
             elif node.tag == "label":
                 self.labels.append(node)
             elif node.tag not in _IGNORED:
@@ -125,6 +130,14 @@ class Drawing:
         self._connect()
         self.elements = {e.id: e for e in sorted(self.elements.values(), key=attrgetter("order"))}
         self._turns_in_loops()
+
+    def _own_element(self, node: Node) -> None:
+        """Tell an element of the editor's own that takes or gives a value."""
+        self.broken = True
+        text = texts.prose(node.find("alternativeText"))[:40]
+        message = f"{self.where}: the element `{text}` of the editor's own has inputs or outputs"
+        findings.unsupported(self.diagnostics, node.span, message, "drawn here",
+                             "draw it with blocks and variables")
 
     def _element(self, node: Node, index: int) -> None:
         id_ = node.get("localId").strip()

@@ -66,10 +66,11 @@ def variable(node: Node, diagnostics: Diagnostics) -> ast.VarDecl | None:
     if name is None or type_ is None:
         return None
     location = node.get("address").strip().upper() or None
-    value = note = edge = None
+    value = edge = None
+    note = node.get("comment").strip() or None  # as MULTIPROG and its family write it
     if plain is None:
         value = _unquoted(node, type_) or initial(node.find("initialValue"), diagnostics)
-        note = texts.prose(node.find("documentation")) or None
+        note = texts.prose(node.find("documentation")) or note
         edge = kept.edge(node)
     return ast.VarDecl(name, location, type_, value, node.attribute("name"), node.span, note, edge)
 

@@ -27,7 +27,8 @@ class Lists:
 
     def __init__(self, root: Node) -> None:
         declared = Counter(node.get("name").strip().upper() for node in root.descendants("interface")
-                           for section in node.children for node in section.all("variable"))
+                           for section in node.children if section.tag != "externalVars"
+                           for node in section.all("variable"))
         self.variables: dict[str, dict[str, tuple[str, str]]] = {}
         self.begin: dict[int, str] = {}
         for node in root.descendants("globalVars"):

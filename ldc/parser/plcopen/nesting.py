@@ -5,7 +5,7 @@ from __future__ import annotations
 from ldc.patterns import Pattern
 
 _INSIDE = Pattern(r"\(\*|\*\)")
-_OUTSIDE = Pattern(r"\(\*|//[^\n]*|'(?:[^'$\n]|\$[^\n])*'")
+_OUTSIDE = Pattern(r"\(\*|//[^\r\n]*|'(?:[^'$\n]|\$[^\n])*'")
 
 
 def nests(text: str, start: int, stop: int) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 
 from ldc.diagnostics import Diagnostics
 from ldc.parser import ast, sfc
+from ldc.parser import statements as st
 from ldc.parser.plcopen import additional, boxes, findings, invocations, kept, texts
 from ldc.parser.plcopen.body import ladder, rungs_of
 from ldc.parser.plcopen.chart_parts import Parts
@@ -18,7 +19,6 @@ from ldc.parser.plcopen.conversions import written_out
 from ldc.parser.plcopen.document import Node
 from ldc.parser.plcopen.drawing import CALLED, ELEMENTS, Drawing, is_call
 from ldc.parser.plcopen.guarded import Additions
-from ldc.parser.statements import StatementBody
 from ldc.patterns import Pattern
 from ldc.source import Span
 
@@ -42,6 +42,7 @@ class ChartReader:
         self.nodes: dict[str, Node] = {}
         self.unread: set[str] = set()
         self._calls: dict[int, Node] = {}
+        self._read: set[int] = set()
         self._rails = list(body.all("leftPowerRail"))
         for node in body.children:
             if node.tag in _CHART or node.tag in ELEMENTS:
@@ -71,7 +72,7 @@ class ChartReader:
     def _drawn(self, node: Node, name: str, holder: Node) -> ast.LadderBody:
         return ladder(node, f"{self.where}.{name}", self.more, self.diagnostics, holder)
 
-    def _nested(self, node: Node, name: str, holder: Node) -> StatementBody:
+    def _nested(self, node: Node, name: str, holder: Node) -> st.StatementBody:
         return nested(self.pou, node, name, holder, self.where, self.more, self.diagnostics, self.around)
 
     # ---- the whole
@@ -82,8 +83,8 @@ class ChartReader:
         elsewhere = _needed(self.pou, self.body) - _named(self.body)
         actions = self.parts.actions(elsewhere)
         transitions = tuple(kept.transitions(self.holder, list(self._transitions())))
-        calls = self._called()
-        steps = self.parts.steps(calls[0].name if calls else None)
+        calls = (*self._shown(), *self._called())
+        steps = self.parts.steps([call.name for call in calls])
         return sfc.SfcBody(steps, transitions, (*actions, *self.parts.inline, *calls), self.span)
 
     def _tell_flags(self) -> None:
@@ -189,6 +190,7 @@ class ChartReader:
             return self.parts.condition(node, condition, number)
         sources = [self.nodes.get(wire.get("refLocalId").strip()) for wire in point.all("connection")]
         negated = condition.flag("negated")
+        self._read |= {id(source) for source in sources}
         if len(sources) == 1 and sources[0] is not None and boxes.drawn(sources[0]).tag == "inVariable":
             text = sources[0].find("expression")
             value = texts.expression(text.content, self.diagnostics) if text is not None else None
@@ -216,6 +218,7 @@ class ChartReader:
                             "wire it to contacts, blocks and variables")
             return None, None
         self._calls = behind
+        self._read |= used.keys() | behind.keys()
         parts = [part.like(CALLED, part.children) if is_call(part, self.more) else part
                  for part in used.values()]
         return rungs_of(self._of(parts, ("transition",)), self.diagnostics), name
@@ -236,16 +239,51 @@ class ChartReader:
         body = self.body.like(self.body.tag, sorted(nodes, key=lambda node: node.start))
         return Drawing(body, self.where, self.more, self.diagnostics, goals)
 
+    def _shown(self) -> tuple[sfc.Action, ...]:
+        """Variables that are wired to steps, which show whether these are active, as one action. What else is
+        drawn beside the chart is executed like function blocks that conditions are wired to."""
+        rest = {id(node): node for node in self.nodes.values()
+                if node.tag not in (*_CHART, "leftPowerRail") and id(node) not in self._read}
+        found: list[st.Assign] = []
+        for node in list(rest.values()):
+            sources = [self.nodes.get(id_) for id_, _ in node.wires()]
+            target = node.words("variable" if node.tag == "coil" else "expression")
+            if target is None or len(sources) != 1 or sources[0] is None or sources[0].tag != "step":
+                continue
+            if boxes.drawn(node) is node and not boxes.modifier(node, "storage"):
+                del rest[id(node)]
+                step = ast.Name(sources[0].get("name").strip(), sources[0].attribute("name"))
+                value: ast.Expr = ast.Member(step, "X", node.span)
+                value = texts.negated(value) if node.flag("negated") else value
+                place = texts.expression(target, self.diagnostics)
+                found += [st.Assign(place, value, node.whole)] if place is not None else []
+        behind = dict(rest)
+        self._feeding(list(rest.values()), behind)
+        for node in list(behind.values()):
+            if node.tag in _CHART:
+                self._malformed(node.span, f"a {node.tag} is wired to a drawing beside the chart",
+                                "read `step.X` there, or set a variable in an action of the step")
+                behind = {}
+                break
+        self._calls = {**self._calls, **behind}
+        if not found:
+            return ()
+        name, span = self.parts.fresh("shown"), self.body.span
+        return (sfc.Action(name, st.StatementBody(tuple(found), span), span, span),)
+
     def _called(self) -> tuple[sfc.Action, ...]:
-        """The function blocks that conditions are wired to, and what leads to them, as one action."""
+        """The function blocks that conditions are wired to, what leads to them, and what is drawn beside the
+        chart, as one action."""
         if not self._calls:
             return ()
         body, span = rungs_of(self._of(self._calls.values()), self.diagnostics), self.body.span
+        if not (body.rungs or body.unread):
+            return ()
         return (sfc.Action(self.parts.fresh("blocks"), body, span, span),)
 
 
 def nested(pou: Node, node: Node, name: str, holder: Node, where: str, more: Additions,
-           diagnostics: Diagnostics, around: tuple[str, ...] = ()) -> StatementBody:
+           diagnostics: Diagnostics, around: tuple[str, ...] = ()) -> st.StatementBody:
     """The chart ``node`` that is the body of an action of a POU: the call of a function block, which has the
     actions that the chart names, and stands still while the action is not executed."""
     where = f"{where}.{name}"
@@ -254,7 +292,7 @@ def nested(pou: Node, node: Node, name: str, holder: Node, where: str, more: Add
         message = f"{where}: a chart names the action that it is inside of"
         findings.unsupported(diagnostics, node.span, message, "an SFC",
                              "make it a function block, and call that")
-        return StatementBody((), node.span)
+        return st.StatementBody((), node.span)
     parts = [part if part.tag != "actions" else part.like("actions", [
         action for action in part.children if action.get("name").strip().upper() in named])
         for part in pou.children]
@@ -264,7 +302,7 @@ def nested(pou: Node, node: Node, name: str, holder: Node, where: str, more: Add
     if any(isinstance(body, ast.TextBody) for body in sfc.bodies(chart)):
         message = f"{where}: a chart inside of an action has a body in IL"
         findings.unsupported(diagnostics, node.span, message, "an SFC", "write the body in Structured Text")
-        return StatementBody((), node.span)
+        return st.StatementBody((), node.span)
     chart = invocations.standard(chart, more.local, more.interfaces)
     if more.numbers:
         pins = invocations.numbers(more.local, more.interfaces)

@@ -17,6 +17,7 @@ from ldc.source import Span
 
 _NAME = Pattern(r"[A-Za-z_]\w*\Z", re.ASCII)
 _ISO = Pattern(r"P(?:(\d+)D)?(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d+)(?:\.(\d{1,9})\d*)?S)?)?\Z", re.ASCII)
+_CLOCK = Pattern(r"(\d\d):(\d\d):(\d\d)(?:\.(\d{1,9}))?\Z", re.ASCII)
 _BARE_TIME = Pattern(r"(?:\d+(?:\.\d+)?(?:d|h|m|s|ms|us|ns)_?)+\Z", re.ASCII | re.IGNORECASE)
 
 
@@ -75,12 +76,14 @@ def label(text: str, default: str) -> str:
 
 
 def duration(node: Node, attribute: str, diagnostics: Diagnostics) -> ast.Expr | None:
-    """An interval: ``T#20ms``, ``20ms``, or ISO 8601 (``PT0.02S``); None when it is zero or not given."""
+    """An interval: ``T#20ms``, ``20ms``, ISO 8601 (``PT0.02S``), or hours, minutes and seconds
+    (``00:00:00.02``); None when it is zero or not given."""
     span = node.attribute(attribute)
     text = node.get(attribute).strip()
-    iso = _ISO.match(text.upper())
-    if iso and text:
-        days, hours, minutes, seconds, fraction = (part or "0" for part in iso.groups())
+    iso, clock = _ISO.match(text.upper()), _CLOCK.match(text)
+    if (iso or clock) and text:
+        groups = iso.groups() if iso else (None, *clock.groups())
+        days, hours, minutes, seconds, fraction = (part or "0" for part in groups)
         whole = ((int(days) * 24 + int(hours)) * 60 + int(minutes)) * 60 + int(seconds)
         return time_literal(whole * 10**9 + int(fraction.ljust(9, "0")), span)
     if _BARE_TIME.match(text):
