@@ -20,6 +20,7 @@ from pathlib import Path
 
 from ldc.patterns import Pattern
 from ldc.records import record
+from runtime import ending
 from runtime.kin import end_with_parent
 
 HANG = 2.0
@@ -29,6 +30,9 @@ _BEATS, _NOTE, _BASES, _SIZE = 0, 8, 512, 16 * 1024
 _FINISHED = _SIZE - 8
 _MOST = 48
 _POLL = 0.02
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+_MOMENT = 2.0
+"""Seconds that work which is ended has for putting things in order."""
 _PLACE = Pattern(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
 
 
@@ -95,38 +99,57 @@ class Beat:
 
 def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = False) -> int | Crash:
     """The status that ``work`` returns in a process of its own, or how that process ended. What it prints
-    goes where this process prints to. It ends with this process. An interrupt from the keyboard reaches both,
-    SIGTERM is passed on. ``orderly``: this process leaves an interrupt to the work, which puts everything in
-    order, and may get it twice."""
+    goes where this process prints to. It ends with this process: what ends this one by an exception is an
+    interrupt there, and it is given a moment. ``orderly``: this process leaves interrupts and SIGTERM to the
+    work, which puts everything in order, and may get them twice."""
     memory, watcher = mmap.mmap(-1, _SIZE), os.getpid()
-    child = os.fork()
+    # A signal between the fork and the first line of the work would raise in the child as if it was this process.
+    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    child, before = os.fork(), {}
     if child == 0:
-        if not end_with_parent(watcher):
-            os._exit(3)
-        _exit_with(work, memory)
-    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, lambda number, frame: _kill(child, number))}
-    if orderly:  # not before the fork: the child would ignore interrupts until it has a handler
-        before[signal.SIGINT] = signal.signal(signal.SIGINT, lambda number, frame: _kill(child, number))
+        _exit_with(work, memory, watcher)
     try:
+        if orderly:
+            before = {number: signal.signal(number, lambda number, frame: _kill(child, number))
+                      for number in _ENDING}
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
         return _watched(child, memory, hang)
     except BaseException:
-        _kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        _end(child)
         raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap) -> None:
+def _end(child: int) -> None:
+    """Asks it to end, and ends it when it does not: it may be in a component. Further signals wait."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    _kill(child, signal.SIGTERM)
+    end = time.monotonic() + _MOMENT
+    try:
+        while not os.waitpid(child, os.WNOHANG)[0]:
+            if time.monotonic() > end:
+                _kill(child, signal.SIGKILL)
+            time.sleep(_POLL)
+    except ChildProcessError:
+        return  # it has ended before
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+
+
+def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap, watcher: int) -> None:
     """Ends the process with the status of the work; never returns."""
     status = 3
     try:
-        status = work(Beat(memory))
+        ending.heed_once()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+        if end_with_parent(watcher):
+            status = work(Beat(memory))
         sys.stdout.flush()
         sys.stderr.flush()
-    except KeyboardInterrupt:
-        status = 130
+    except KeyboardInterrupt as interrupt:
+        status = ending.status_of(interrupt)
     except BrokenPipeError:
         status = 141
     finally:

@@ -293,6 +293,17 @@ def test_png_needs_matplotlib_or_says_so(tmp_path: Path) -> None:
 
 
 @native.needs_gcc
+def test_sigterm_to_all_processes_ends_a_run_in_order(tmp_path: Path) -> None:
+    """As a service manager sends it: no slave is lost by it."""
+    with running(modules(tmp_path, ONE), "--for", "60s") as process:
+        wait_until(lambda: "ldc slave2" in family(process.pid))
+        time.sleep(0.5)
+        os.killpg(process.pid, signal.SIGTERM)
+        _, err = process.communicate(timeout=30)
+    assert process.returncode == 0 and "was ended by" not in err and re.search("^slave2 ", err, re.M), err
+
+
+@native.needs_gcc
 def test_the_watchdog_of_a_slave_measures_real_time(tmp_path: Path) -> None:
     """One that allows nothing; the other slave, which has none, goes on."""
     folder = modules(tmp_path, ONE + '[watchdogs]\nslave1 = "1ns"\n')

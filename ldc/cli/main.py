@@ -13,9 +13,10 @@ from ldc.cli.console import (
 )
 from ldc.cli.interrupt import Unheeded
 from ldc.collector import resting
+from runtime.ending import Heeded, status_of
 
-INTERRUPTED, BROKEN_PIPE = 130, 141
-"""As a shell reports a command that SIGINT or SIGPIPE ended."""
+BROKEN_PIPE = 141
+"""As a shell reports a command that SIGPIPE ended."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -33,11 +34,11 @@ def main(arguments: Sequence[str]) -> int:
     except BrokenPipeError:
         silence_stdout()
         return BROKEN_PIPE
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        return status_of(interrupt)
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):  # Python wraps what comes while a class is made
-            return INTERRUPTED
+            return status_of(error.__cause__)
         if isinstance(error, OSError) and error.errno in FULL:
             silence_stdout()
             say(f"ldc: cannot write: {error.strerror}")
@@ -71,4 +72,5 @@ def _run(arguments: Sequence[str]) -> int:
     options.arguments = list(arguments)
     with resting(), Unheeded():
         command = importlib.import_module(f"ldc.cli.{options.command}")
-    return answered(options.command, lambda: command.run(options))
+    with Heeded():
+        return answered(options.command, lambda: command.run(options))

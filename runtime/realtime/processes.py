@@ -59,8 +59,8 @@ def adopt() -> None:
 
 def start(name: str, work: Callable[[], int], parent: int | None = None) -> Child:
     """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt;
-    `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. An interrupt from the
-    keyboard is left to the parent. ``parent``: who adopts it, when this process ends at once."""
+    `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. Interrupts and SIGTERM,
+    which come to all processes of a terminal or a service, are left to the parent. ``parent``: who adopts it, when this process ends at once."""
     sys.stdout.flush()
     sys.stderr.flush()
     maker = os.getpid()
@@ -70,7 +70,7 @@ def start(name: str, work: Callable[[], int], parent: int | None = None) -> Chil
     status = 3
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         while parent is not None and os.getppid() == maker:
             time.sleep(0.001)
         ctypes.CDLL(None).prctl(_PR_SET_NAME, f"ldc {name}".encode(), 0, 0, 0)
