@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
+from everywhere import checked
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from test_format import CANONICAL
@@ -249,3 +250,29 @@ def test_random_expressions_are_read_or_told(text: str) -> None:
     diagnostics = Diagnostics()
     tree = parse_expression(SourceFile("x.il", text), 0, len(text), diagnostics)
     assert (tree is None) == bool(len(diagnostics))
+
+
+@pytest.mark.parametrize("body, help", [
+    ("a := n == m;", "write `=` to compare"), ("a := n != m;", "write `<>` to compare"), ("a := a && b;", "write AND"),
+    ("a := b || a;", "write OR"), ("a := !b;", "write NOT"), ("n := m << 2;", "write `SHL(bits, 2)`"),
+    ("n := m >> 2;", "write `SHR(bits, 2)`"), ("n := m % 2;", "a remainder is `a MOD b`, an address `%IX0.0`"),
+    ("n := a ? 1 : 2;", "write `SEL(condition, else, then)`, or IF"),
+    ("s1 := 'x' + 'y';", "texts are joined by `CONCAT(a, b)`"), ("n := list;", "take one element of it, `array[index]`"),
+    ("TON1(IN := a);", "declare an instance in VAR: `TON1 : TON;`"),
+])
+def test_what_people_know_from_other_languages_is_translated(body: str, help: str) -> None:
+    text = f"""PROGRAM main VAR a, b : BOOL; n, m : INT; s1 : STRING; list : ARRAY [0..1] OF INT; END_VAR
+    {body}
+END_PROGRAM"""
+    found = checked(text, "main.st").diagnostics
+    assert next(d.help for d in found if d.severity == "error") == help
+
+
+@pytest.mark.parametrize("rung, help", [
+    ("[a | b] (q)", "write `[a OR b]`, or branches in braces, `{ [a] | [b] }`"),
+    ("[a] <t(PT := T#1s)> (q)", "`t` is an instance: write `<t: TON(...)>`"),
+])
+def test_what_people_draw_first_is_put_right(rung: str, help: str) -> None:
+    text = f"PROGRAM main VAR a, b, q : BOOL; t : TON; END_VAR RUNG {rung} END_PROGRAM"
+    found = checked(text, "main.ld").diagnostics
+    assert next(d.help for d in found if d.severity == "error") == help

@@ -97,9 +97,20 @@ def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics
                             "this is an action", "call it before, `name();`, and read the variables that it writes")
     elif not env.silent(name.upper()):
         findings.unknown_callee(diagnostics, span, name,
-                                _INSTEAD.get(name.upper())
+                                _INSTEAD.get(name.upper()) or _instance_help(env, name)
                                 or suggest(name, (*env.callables(), *functions.names()))
                                 or "declare it as FUNCTION or FUNCTION_BLOCK")
+
+
+def _instance_help(env: Environment, name: str) -> str:
+    """For an instance that is drawn as if it were the block, and for one that is not declared, `TON1`."""
+    found = env.variable(name.upper())
+    if found is not None and isinstance(found[0].type, Instance):
+        return f"`{name}` is an instance: write `<{name}: {found[0].type}(...)>`"
+    block = env.signature(name.upper().rstrip("_0123456789"))
+    if block is not None and block.kind == "FUNCTION_BLOCK":
+        return f"declare an instance in VAR: `{name} : {block.name};`"
+    return ""
 
 
 def _inputs_only(node: ast.Call, diagnostics: Diagnostics) -> bool:

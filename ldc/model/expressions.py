@@ -44,6 +44,7 @@ from ldc.types import (
     Enum,
     Instance,
     Scalar,
+    String,
     Struct,
     Type,
     is_scalar,
@@ -460,6 +461,8 @@ def _operation_help(name: str, args: tuple[Value, ...]) -> str:
     types = [a.type for a in args if type(a) not in _UNDECIDED]
     if any(isinstance(t, Instance) for t in types):
         return "name one of the outputs of the block, `instance.pin`"
+    if name == "ADD" and any(isinstance(t, String) for t in types):
+        return "texts are joined by `CONCAT(a, b)`"
     if any(isinstance(t, Array | Struct) for t in types):
         return "take single elements or members"
     if name in LOGIC or name == "NOT":

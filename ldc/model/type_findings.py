@@ -56,6 +56,8 @@ def _literal_help(span: Span, wanted: Type) -> str:
 
 def conversion_help(got: Type, wanted: Type) -> str:
     """Names the function that makes the one type from the other, when there is one."""
+    if isinstance(got, Array) and not isinstance(wanted, Array):
+        return "take one element of it, `array[index]`"
     got, wanted = storage(got), storage(wanted)
     if isinstance(got, Elementary | String) and isinstance(wanted, Elementary | String):
         if wanted == BOOL:

@@ -15,6 +15,20 @@ _RELATIONS = frozenset(("EXTENDS", "IMPLEMENTS"))
 _SECTIONS = frozenset(("VAR_STAT", "VAR_INST"))
 _TYPES = {"POINTER": "TO", "REFERENCE": "TO", "REF_TO": "NAME"}
 
+_OPERATORS = {
+    "==": "write `=` to compare", "!=": "write `<>` to compare", "&&": "write AND", "||": "write OR",
+    "<<": "write `SHL(bits, 2)`", ">>": "write `SHR(bits, 2)`", "++": "write `a := a + 1`",
+    "--": "write `a := a - 1`", "!": "write NOT", "%": "a remainder is `a MOD b`, an address `%IX0.0`",
+    "?": "write `SEL(condition, else, then)`, or IF",
+}
+"""Operators of C, and what stands for them."""
+
+
+def operator_help(text: str, at: int) -> str:
+    """What stands for an operator of C of which a character is at an offset; empty when there is none."""
+    near = (text[at : at + 2], text[max(at - 1, 0) : at + 1], text[at : at + 1])
+    return next((_OPERATORS[part] for part in near if part in _OPERATORS), "")
+
 
 def take_out(tokens: Tokens, findings: Findings) -> bool:
     """Tell and remove what is object-oriented, and sections of variables that instances share. Whether there

@@ -87,8 +87,8 @@ class Findings:
         found = self.shown(index)
         self.syntax(self.tokens.point(index), f"expected {wanted}, found {found}", f"not {wanted}", help)
 
-    def character(self, span: Span) -> None:
-        """A character that no token has; control characters are shown by their code."""
+    def character(self, span: Span, meant: str = "") -> None:
+        """A character that no token has; control characters are shown by their code. ``meant``: what to write for it."""
         first = span.text[0]
         shown = f"`{first}`" if first.isprintable() else f"U+{ord(first):04X}"
         if ord(first) > 127 and first.isprintable():
@@ -96,7 +96,7 @@ class Findings:
             if first in "‘’“”„«»":
                 help = "write straight quotes, ' or \""
         elif first.isprintable():
-            what, help = "is not used in this language", "remove it, or put it into a comment"
+            what, help = "is not used in this language", meant or "remove it, or put it into a comment"
         else:
             what, help = "is a control character", "is the file text? remove the character"
         label = f"{shown} stands here"
@@ -130,7 +130,9 @@ class Findings:
         """The bracket at ``opening`` lacks its ``closer`` at ``span``."""
         self.diagnostics.error(
             "LD0108", f"{self.shown(opening)} is not closed", span, f"`{closer}` is missing before {found}",
-            secondary=(Label(self.tokens.point(opening), "opened here"),), help=f"add `{closer}`")
+            secondary=(Label(self.tokens.point(opening), "opened here"),), help=(
+                "write `[a OR b]`, or branches in braces, `{ [a] | [b] }`" if closer == "]" and found == "`|`"
+                else f"add `{closer}`"))
 
     def stray_bracket(self, index: int, opening: int | None) -> None:
         secondary: tuple[Label, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Label
+from ldc.parser.beyond import operator_help
 from ldc.parser.findings import Findings, cut
 from ldc.parser.lexer import KEYWORDS, OPENING, SECTIONS
 from ldc.parser.lr import Failure
@@ -121,7 +122,7 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
     if text.startswith("/*", at):
         return "comments are written `(* ... *)` or `// ...`"
     if text.startswith("*)", at):
-        return "no comment is open here; comments do not nest"
+        return "no comment is open here"
     if what == "rung" and kind in ("BINOP", "WORDOP") and closer == ")":
         return "a coil writes one variable; put an expression into a contact, `[a AND b]`"
     if what == "rung" and kind == "NAME" and not closer and "element" in wanted:
@@ -136,6 +137,8 @@ def _help(findings: Findings, kind: str, index: int, closer: str, wanted: str, w
         return "an initial value is given with `:=`"
     if kind == ":=" and (what == "condition" or closer == "]"):
         return "`:=` assigns; write `=` to compare"
+    if meant := operator_help(text, at) if kind in _OPERATORS | {"|", ">>"} and what != "rung" else "":
+        return meant
     if what == "statement" and text[at : at + 2] in ("+=", "-=", "*=", "/="):
         return f"write the variable on both sides: `a := a {text[at]} b`"
     return f"write {wanted} here"

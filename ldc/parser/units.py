@@ -190,4 +190,4 @@ class Units:
                 help = f"a time is written `T#{span.text}`"
             self.findings.literal(span, Malformed("this is no literal", help))
         else:
-            self.findings.character(span)
+            self.findings.character(span, beyond.operator_help(span.source.text, span.start))
