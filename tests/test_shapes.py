@@ -129,6 +129,8 @@ def test_the_second_rung_of_a_shape_is_not_proved_again(name: str, monkeypatch) 
 RUNGS = (*(rung for pair in (*SAME.values(), *DIFFERENT.values()) for rung in pair), *ALONE.values())
 NETWORKS = ("{{ [{0}] | [/{1}] }} [{2}] ({3})", "[P {0}] ({1}) [{2}] (S {3})", "[{0}] {{ [{1}] ({2}) | [/{2}] }} ({3})",
             "<t: TON(IN := {{ [{0}] [{1}] }}, PT := T#1s) in=_ out=_>; [{2}] [t.Q] ({3})",
+            "{{ [/{0}] | [{1}] }} [/{2}] ({3})", "[P {0}] ({1}) [/{2}] (S {3})",
+            "<t: TON(IN := {{ [{0}] [/{1}] }}, PT := T#2s) in=_ out=_>; [/{2}] [t.Q] ({3})",
             "[{0}] [{1}] <l: latch()> [{2}] ({3})", "{{ [{0}] @n [{1}] | [{2}] @m }} ({3}); @n [d] @m")
 NAMES = ("a", "b", "q", "g", "x0", "again", "%IX0.1", "y0", "v.x", "v.y", "bits.1", "many[1]", "t.Q")
 OUTPUTS = ("b", "q", "g", "y0", "v.x", "bits.1", "many[1]")
@@ -163,6 +165,56 @@ def test_the_image_is_that_of_each_rung_by_itself(rungs: tuple[str, ...]) -> Non
 
 def test_the_image_of_all_examples_is_that_of_each_by_itself() -> None:
     assert compiled(*RUNGS).image.data == by_itself(RUNGS).image.data
+
+
+FAMILIES = {
+    "contacts": ("{ [a] | [/b] } [c] (q)", "{ [/d] | [b] } [/c] (q)"),
+    "inputs": ("[x0] [/b] (y0)", "[/x0] [b] (q)"),
+    "a constant": ("[a] <t: TON(PT := T#1s)> (q)", "[/a] <u: TON(PT := T#2s)> (q)"),
+    "pins": ("[a] <t: TON(PT := T#1s)> [/t.Q] (q)", "[/b] <t: TON(PT := T#3s)> [/t.Q] (q)"),
+}
+NO_FAMILIES = {
+    "read twice": ("[a] [a] (q)", "[a] [/a] (q)"),
+    "written": ("{ [a] | [q] } (q)", "{ [a] | [/q] } (q)"),
+    "a member": ("[a] <t: TON(PT := T#1s)> [/t.Q] (q)", "[b] <t: TON(PT := T#1s)> [t.Q] (q)"),
+    "an edge": ("[a] [b] (q)", "[a] [P b] (q)"),
+    "the default": ("[a] <t: TON(PT := T#1s)> (q)", "[a] <t: TON(PT := T#0s)> (q)"),
+    "a called block": ("[a] [g] <l: latch()> (q)", "[a] [/g] <l: latch()> (q)"),
+    "a function": ("[a] <ADD(IN1 := i, IN2 := 1, OUT => i)>", "[a] <ADD(IN1 := i, IN2 := 2, OUT => i)>"),
+    "wiring": ("{ [a] | [b] } [c] (q)", "[a] { [b] | [c] } (q)"),
+}
+
+
+def compared(rungs: tuple[str, ...], monkeypatch) -> list[bool]:
+    """Of each rung of the program that is compared with its IL: whether its tree is."""
+    trees = []
+    verify = pipeline.rungs.verify
+    monkeypatch.setattr(pipeline.rungs, "verify", lambda *args: trees.append(args[3] is not None) or verify(*args))
+    assert [build.verdict.kind for build in compiled(*rungs).units["p"]] == ["proof"] * len(rungs)
+    return trees[1:]
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_rungs_of_a_family_have_one_tree_and_each_its_own_code(name: str, monkeypatch) -> None:
+    rungs = FAMILIES[name]
+    assert compared(rungs, monkeypatch) == [True, False]
+    one, other = compiled(*rungs), by_itself(rungs)
+    assert one.image.data == other.image.data
+    assert [b.tree for b in one.units["p"]] == [b.tree for b in other.units["p"]]
+
+
+@pytest.mark.parametrize("name", NO_FAMILIES)
+def test_rungs_of_no_family_are_compared_with_their_trees(name: str, monkeypatch) -> None:
+    assert compared(NO_FAMILIES[name], monkeypatch) == [True, True]
+
+
+def test_a_wrong_tree_is_no_example_for_its_family(monkeypatch) -> None:
+    right = pipeline.rungs.reduce
+    monkeypatch.setattr(pipeline.rungs, "reduce", lambda *args: replace(right(*args), steps=right(*args).steps[:-1]))
+    text = DECLARATIONS + "RUNG [a] [b] (q)\nRUNG [/c] [d] (z)\nEND_PROGRAM\n"
+    result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
+    found = [d.message for d in result.diagnostics if "self-check" in str(d.primary)]
+    assert len(found) == 3 and all("the tree of this rung" in message for message in found)
 
 
 def test_a_name_put_in_the_wrong_place_is_noticed(monkeypatch) -> None:

@@ -22,9 +22,10 @@ from ldc.il.verify import Verdict
 from ldc.model.elements import Block, Coil, Contact
 from ldc.records import record
 from ldc.symbols import Location
-from ldc.types import BOOL, Type
+from ldc.types import BOOL, Type, default
 
 _AREAS = {"I": 2, "Q": 3, "M": 4}
+_PLAIN = ("open", "closed")
 
 
 class _NoShape(Exception):
@@ -32,13 +33,17 @@ class _NoShape(Exception):
 
 
 class Shape:
-    """``key``: equal for rungs of equal shape. ``roots``: the variables by their numbers."""
+    """``key``: equal for rungs of equal shape. ``roots``: the variables by their numbers, of which each occurs so
+    often as ``uses`` says."""
 
     def __init__(self, graph: RungGraph, locations: Mapping[str, Location]) -> None:
         self._locations = locations
         self._numbers: dict[tuple[bool, str], int] = {}
         self._bits: set[tuple[str, int]] = set()
         self.roots: list[Place] = []
+        self.uses: list[int] = []
+        self._once: frozenset[object] = frozenset()
+        self._constants: dict[object, tuple] | None = None
         # What a POU of the project may see when it is called: then it matters where a variable is kept.
         self._seen = any(type(e) is Block and not e.signature.standard for e in graph.elements)
         self.key = self._graph(graph)
@@ -48,6 +53,22 @@ class Shape:
         for name in hidden.edges.values():
             self.place(Place(name, BOOL))
 
+    def family(self, graph: RungGraph) -> tuple:
+        """Equal for rungs whose trees are one, and right when it is right for one of them.
+
+        They differ in no more than this: which contacts are closed, of those whose variables occur nowhere else,
+        and which constants stand at pins of standard function blocks. A drawing and its tree both ask such a
+        contact for one value that nothing else depends on: that it is the opposite exchanges assignments, of
+        which all are compared. They hand such constants on as they are. To be asked for before anything else.
+        """
+        if self._seen:
+            return self.key
+        self._once = frozenset(n * 8 for n, uses in enumerate(self.uses) if uses == 1)
+        self._constants = {}
+        found = self._graph(graph)
+        self._once, self._constants = frozenset(), None
+        return found
+
     # -- what a rung is made of, with numbers for names
 
     def _graph(self, graph: RungGraph) -> tuple:
@@ -55,7 +76,8 @@ class Shape:
         for element in graph.elements:
             kind = type(element)
             if kind is Contact:
-                rows += (element.kind, self._expr(element.expr))
+                what = self._expr(element.expr)
+                rows += ("once" if what in self._once and element.kind in _PLAIN else element.kind, what)
             elif kind is Coil:
                 rows += ("coil", element.kind, self.place(element.place))
             elif kind is Block:
@@ -69,10 +91,16 @@ class Shape:
     def _block(self, block: Block) -> tuple:
         return (block.callee, block.signature.result, block.power_in, block.power_out,
                 None if block.instance is None else self.place(block.instance),
-                tuple([(p.pin, p.type, p.source if isinstance(p.source, int) else (self._expr(p.source),))
+                tuple([(p.pin, p.type, p.source if isinstance(p.source, int) else (self._pin(block, p.source),))
                        for p in block.inputs]),
                 tuple([(p.pin, p.type, p.target if isinstance(p.target, int) else (self.place(p.target),))
                        for p in block.outputs]))
+
+    def _pin(self, block: Block, expr: Expr) -> object:
+        if self._constants is None or block.instance is None or type(expr) is not Const or expr.type is BOOL:
+            return self._expr(expr)
+        is_default = expr.value == default(expr.type)
+        return self._constants.setdefault(_const(expr), (len(self._constants), expr.type, is_default))
 
     def _expr(self, expr: Expr) -> object:
         if type(expr) is Load:
@@ -110,6 +138,8 @@ class Shape:
                 kept = _AREAS[location.area]
             number = self._numbers[place.is_global, name] = len(self.roots) * 8 + (kept if self._seen else 0)
             self.roots.append(place)
+            self.uses.append(0)
+        self.uses[number // 8] += 1
         return number
 
     def index(self, place: Place) -> int:

@@ -38,10 +38,10 @@ class Verdict:
     example: tuple[tuple[str, object], ...] = ()
 
 
-def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: SPTree,
+def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: SPTree | None,
            code: tuple[Instr, ...], temps: Iterable[Variable] = (),
            locations: Mapping[str, Location] | None = None, nullary: Collection[str] = ()) -> Verdict:
-    """Compares drawing, tree and IL of one rung. ``temps``: variables of the IL that are not compared;
+    """Compares drawing, tree (None: it is known to be right) and IL of one rung. ``temps``: variables of the IL that are not compared;
     ``locations``: located variables by capital name; ``nullary``: FUNCTIONs without inputs, in capitals."""
     operands = Operands()
     ignored = {(False, v.name.upper()) for v in temps}
@@ -53,13 +53,14 @@ def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: 
         return memory, _taken(domain.jumps)
 
     drawn = run(lambda domain: evaluate(graph, turns, domain, memories))
-    reduced = run(lambda domain: evaluate_tree(graph, tree, turns, domain, memories))
+    reduced = drawn if tree is None else run(
+        lambda domain: evaluate_tree(graph, tree, turns, domain, memories))
     memory = Memory(operands, locations)
     lowered = memory, _taken(execute(code, memory, nullary))
     kind = "proof" if operands.exhaustive else "check"
     count = len(operands.columns)
     for stage, other in (("tree", reduced), ("il", lowered)):
-        difference = _difference(drawn, other, ignored)
+        difference = _difference(drawn, other, ignored) if other is not drawn else None
         if difference is not None:
             what, lanes = difference
             return Verdict("wrong", count, stage, what, _example(operands, lanes))

@@ -8,9 +8,10 @@ from ldc.diagnostics import Diagnostics
 from ldc.graph import rules
 from ldc.graph.build import build as graph_build
 from ldc.graph.memory import memories
-from ldc.graph.order import schedule
+from ldc.graph.order import Turn, schedule
 from ldc.graph.reduce import reduce
 from ldc.graph.rung import RungGraph
+from ldc.graph.tree import SPTree
 from ldc.il import shapes
 from ldc.il.lower import lower
 from ldc.il.verify import Verdict, verify
@@ -35,6 +36,7 @@ class Rungs:
         self.known = known
         self.done, self.total = 0, sum(len(rungs_of(p)) for p in model.pous.values())
         self.shapes: dict[tuple, shapes.Known] = {}
+        self.trees: dict[tuple, tuple[tuple[Turn, ...], SPTree]] = {}
         self.nullary = frozenset(name for name, s in model.signatures.items()
                                  if s.kind == "FUNCTION" and not (s.inputs or s.in_outs))
         self.locations = {v.name.upper(): v.location for v in model.globals.values() if v.location}
@@ -109,23 +111,27 @@ class Rungs:
         with self.timings.of("graph"):
             if not rules.check(graph, self.diagnostics):
                 return None
+        with self.timings.of("shape"):
+            family = shape.family(graph) if shape is not None else None
+            alike = self.trees.get(family)
         with self.timings.of("reduce"):
-            turns = schedule(graph)
+            turns = alike[0] if alike is not None else schedule(graph)
             hidden = memories(graph, turns)
-            tree = reduce(graph, turns)
+            tree = alike[1] if alike is not None else reduce(graph, turns)
             rules.note_bridge(graph, tree, self.diagnostics)
         with self.timings.of("lower"):
             lowered = lower(graph, tree, hidden, label=label, max_paren_depth=self.options.max_paren_depth)
         verdict = None
         if self.options.verify:
             with self.timings.of("verify"):
-                verdict = verify(graph, turns, hidden, tree, lowered.code.code, lowered.temps, locations,
-                                 self.nullary)
+                verdict = verify(graph, turns, hidden, tree if alike is None else None, lowered.code.code,
+                                 lowered.temps, locations, self.nullary)
             if verdict.kind == "wrong":
                 self._wrong(rung, verdict)
             lowered = replace(lowered, code=replace(lowered.code, proof=verdict.kind))
         made = shapes.Made(turns, tree, lowered, verdict)
         if shape is not None and len(self.diagnostics) == found:
+            self.trees[family] = turns, tree
             with self.timings.of("shape"):
                 known = shapes.known(graph, shape, hidden, made)
                 if known is not None:
