@@ -40,7 +40,8 @@ def test_a_run_that_is_ended_leaves_no_file(tmp_path: Path, number, status, grou
     (os.killpg if group else os.kill)(process.pid, number)
     out, err = process.communicate(timeout=30)
     assert (process.returncode, out) == (status, "") and "error" not in err, err
-    assert {path.name for path in set(tmp_path.iterdir()) - before} == {"r", "r.before"}
+    left = {path.name for path in set(tmp_path.iterdir()) - before}
+    assert "r.before" in left and left <= {"r", "r.before"}, "a save may have been between its two names"
 
 
 def test_work_that_does_not_end_is_ended() -> None:
