@@ -13,7 +13,7 @@ _OF_TC6 = frozenset("""
     address alias attribute author companyName companyURL connectionPointOutId constant
     contentDescription creationDateTime direction duration edge edgeIn edgeOut executionOrderId
     formalParameter globalId handleUnknown height hidden indicator initialStep instanceName
-    instancePathAndName interval label language length localId lower modificationDateTime name negated
+    instancePathAndName interval label language length localId lower member modificationDateTime name negated
     negatedIn negatedOut nonpersistent nonretain organization persistent pouType priority productName
     productRelease productVersion qualifier refLocalId repetitionValue retain single storage storageIn
     storageOut targetName type typeName upper value version width x y WorksheetName xmlns""".split())
