@@ -212,9 +212,8 @@ class MasterPart:
         self._scrubbed = (self._scrubbed + 1) % len(proxies)
         scrubbed = proxies[self._scrubbed]
         for proxy in proxies:
-            serves = proxy in open_ or proxy is scrubbed
-            if serves or proxy.executing:
-                told = proxy.tick(serves)
+            if proxy.executing or proxy is scrubbed or proxy in open_:
+                told = proxy.tick(proxy is scrubbed or proxy in open_)
                 if told is not None:
                     self._learn(proxy, told)
         if not scrubbed.endpoint.idle:

@@ -179,12 +179,13 @@ class Scheduler:
                 else:
                     self._activate(on, thread, now)
             while self._turns:
-                lowest = self._turns & -self._turns
-                self._turns ^= lowest
-                on = processors[lowest]
+                turns = self._turns
+                on = processors[turns & -turns]
+                self._turns = turns ^ on.bit
                 if not on.busy:
                     self._turn(on)
-        self.now_ns = max(self.now_ns, until_ns)
+        if self.now_ns < until_ns:
+            self.now_ns = until_ns
 
     def _end_pieces(self) -> None:
         """The pieces that are over now."""
