@@ -143,12 +143,12 @@ def test_the_first_failure_is_told() -> None:
 
 def test_a_repetition_is_ok_whatever_has_changed_since() -> None:
     stopped = replace(HALL, running=frozenset(), now_ms=9999)
-    verdict = check(encode(LAST._replace(attempt=2)).ljust(64, b"\0"), LAST, stopped)
+    verdict = check(encode(replace(LAST, attempt=2)).ljust(64, b"\0"), LAST, stopped)
     assert (verdict.code, verdict.again) == (Code.OK, True)
 
 
 def test_numbers_of_transfers_begin_again_from_1() -> None:
-    last = LAST._replace(seq=LAST_SEQ)
+    last = replace(LAST, seq=LAST_SEQ)
     assert check(slot(seq=1), last, HALL).code == Code.OK
     assert check(slot(seq=LAST_SEQ + 1), last, HALL).code == Code.SEQ
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import inf, isfinite
-from typing import NamedTuple
 
 from ldc.records import record
 from runtime.protocol.envelope import HEAD, Command, Envelope, Head, decode, head, intact, successor, token
@@ -75,7 +74,8 @@ class Algorithm:
         return self.layout.words.pack(*words)
 
 
-class Layout(NamedTuple):
+@record
+class Layout:
     """What is known of the data before any come. ``words``: pid and value of each parameter in order;
     ``floats``, ``bools``: the places of such parameters; ``limited``: those that have limits, with these;
     ``rated``: those that may not differ too much from their last values."""
@@ -115,7 +115,8 @@ class Situation:
     ended: frozenset[int] = frozenset()
 
 
-class Verdict(NamedTuple):
+@record
+class Verdict:
     """``token``: as the answer calls it; ``envelope``: None when its bytes cannot be trusted (LEN, CRC);
     ``again``: it was taken before; ``values``: of its parameters, in their order, when it is OK."""
 

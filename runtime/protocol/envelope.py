@@ -9,7 +9,8 @@ from __future__ import annotations
 import struct
 from enum import IntEnum
 from functools import cache, lru_cache
-from typing import NamedTuple
+
+from ldc.records import record
 
 HEAD = 20
 """Bytes before the data."""
@@ -32,7 +33,8 @@ class Command(IntEnum):
 _RESET = Command.RESET
 
 
-class Envelope(NamedTuple):
+@record
+class Envelope:
     """``cmd`` is any u16, a Command if the sender is sound. ``aid``: of an algorithm; of a RESET its
     ordinal."""
 
@@ -47,7 +49,8 @@ class Envelope(NamedTuple):
         return self.seq, self.aid, self.cmd, self.adata
 
 
-class Head(NamedTuple):
+@record
+class Head:
     """The words before the data as they stand in a slot, not checked."""
 
     seq: int

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from operator import attrgetter
-from typing import NamedTuple
 
+from ldc.records import record
 from runtime.protocol.check import Code, Situation, check
 from runtime.protocol.envelope import Command, Envelope
 from runtime.protocol.memory import Watched, Words
@@ -31,7 +31,8 @@ class Phase(IntEnum):
     SCRUB = 10
 
 
-class Delivered(NamedTuple):
+@record
+class Delivered:
     """An envelope that was checked and is given for the first time: data for an algorithm, or a RESET.
     ``values``: of the parameters, in their order; of a STOP or a RESET none."""
 
@@ -39,7 +40,8 @@ class Delivered(NamedTuple):
     values: tuple[float, ...] = ()
 
 
-class Refused(NamedTuple):
+@record
+class Refused:
     """An envelope was refused."""
 
     code: Code

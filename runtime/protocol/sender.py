@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from operator import attrgetter
-from typing import NamedTuple
 
+from ldc.records import record, replace
 from runtime.protocol.check import CODES, TRANSIENT, Code
 from runtime.protocol.envelope import HEAD, Command, Envelope, encode, successor, token
 from runtime.protocol.memory import Watched, Words
@@ -33,20 +33,23 @@ class Phase(IntEnum):
     FAULT = 8
 
 
-class Done(NamedTuple):
+@record
+class Done:
     """The receiver has taken transfer ``seq``."""
 
     seq: int
 
 
-class Fault(NamedTuple):
+@record
+class Fault:
     """The link stands until a reset. Whether the receiver has taken transfer ``seq`` is not known."""
 
     seq: int
     code: Code
 
 
-class Linked(NamedTuple):
+@record
+class Linked:
     """A reset is done. ``last``: the transfer that the receiver took last before, 0 for none. ``delivered``:
     the transfer that the fault left open is that one."""
 
@@ -290,7 +293,7 @@ def _judged(s: Sender, link: Link) -> Outcome:
         s.seq = 0
         return Linked(s.last, opened != 0 and s.last == opened)
     if (resets or s.code in TRANSIENT) and s.message.attempt < link.retries:
-        _attempt(s, s.message._replace(attempt=s.message.attempt + 1))
+        _attempt(s, replace(s.message, attempt=s.message.attempt + 1))
         return True
     return _failed(s, s.code)
 

@@ -246,6 +246,7 @@ class Scheduler:
             on.stack.append(thread)
             return
         counts, now = thread.counts, self.now_ns
+        work = thread.work  # a slot is slow where a method is looked for
         delay = now - thread.released
         if delay:
             counts.least_delay = min(delay, counts.least_delay)
@@ -254,7 +255,7 @@ class Scheduler:
             counts.least_delay = 0
         if self.log is not None:
             self._note(on, thread, "began")
-        pieces = thread.work(now)
+        pieces = work(now)
         if pieces is not None:
             thread.pieces = pieces
             on.stack.append(thread)

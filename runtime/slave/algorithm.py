@@ -190,7 +190,8 @@ class NativeAlgorithm:
         if error or self.error:
             self._told[self._place] = error
         if not error:
-            self._call(dt_ns // 1000 if dt_ns < _MOST_NS else _MOST)
+            call = self._call  # a slot is slow where a method is looked for
+            call(dt_ns // 1000 if dt_ns < _MOST_NS else _MOST)
             error = self._told[self._place]
         self.error = error
         for view, at, write, _ in self._writes:
