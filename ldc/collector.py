@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 @contextmanager
 def resting() -> Iterator[None]:
-    """What is made inside is not walked, neither again and again as it grows nor when it is done: it counts as
-    old at once. Without this the first collection behind a compile takes as long as a stage of it."""
+    """What is made inside is not walked, neither again and again as it grows nor when it is done: it counts
+    as old at once. Without this the first collection behind a compile takes as long as a stage of it."""
     collects = gc.isenabled()
     gc.disable()
     try:

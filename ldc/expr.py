@@ -48,8 +48,8 @@ def strides(bounds: tuple[tuple[int, int], ...]) -> list[int]:
 
 @record
 class BitStep:
-    """``.15`` of a bit string or an integer; always the last step, the place is then BOOL. ``sign``: it is the
-    highest bit of a signed integer."""
+    """``.15`` of a bit string or an integer; always the last step, the place is then BOOL. ``sign``: it is
+    the highest bit of a signed integer."""
 
     bit: int
     sign: bool = False
@@ -153,8 +153,8 @@ Expr = Const | Load | Apply
 
 
 def nodes(expr: Expr) -> Iterator[Expr]:
-    """The expression and all that it consists of, indexes of places too, in no particular order. A loop, since
-    chains may be long."""
+    """The expression and all that it consists of, indexes of places too, in no particular order. A loop,
+    since chains may be long."""
     stack = [expr]
     while stack:
         node = stack.pop()

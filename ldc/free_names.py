@@ -6,8 +6,8 @@ from collections.abc import Container
 
 
 def free_name(wanted: str, taken: Container[str], first: int = 2) -> str:
-    """The name that is wanted, or with the least number from ``first`` on that makes it free. ``taken``: names
-    in capitals."""
+    """The name that is wanted, or with the least number from ``first`` on that makes it free. ``taken``:
+    names in capitals."""
     name, number = wanted, first
     while name.upper() in taken:
         name = f"{wanted}_{number}"

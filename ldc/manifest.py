@@ -189,7 +189,8 @@ def _descriptors(
     files: Iterable[Path], manifest: Manifest | None, diagnostics: Diagnostics
 ) -> tuple[tuple[SourceFile, Path], ...]:
     """Those in the folder of the project, or beside files that are named alone."""
-    folders = [(manifest.folder, True)] if manifest else [(folder, False) for folder in sorted({f.parent for f in files})]
+    folders = [(manifest.folder, True)] if manifest else [
+        (folder, False) for folder in sorted({f.parent for f in files})]
     paths = [path for folder, deep in folders for path in in_folder(folder, deep)]
     read = ((read_source(path, _shown(path), diagnostics), path.parent) for path in paths)
     return tuple((source, folder) for source, folder in read if source is not None)
@@ -289,7 +290,8 @@ def _watchdogs(tables: Tables, processors: Mapping[str, str]) -> dict[int, int]:
         path = ("watchdogs", name)
         if name.lower() not in known:
             tables.wrong(path, f"`{name}` is no slave of this project",
-                         f"slaves: {', '.join(known) or 'none'}; tasks of the master have `watchdog` in [tasks]")
+                         f"slaves: {', '.join(known) or 'none'}; tasks of the master have `watchdog` in "
+                         "[tasks]")
             continue
         found[known[name.lower()]] = _duration(tables, path, tables.value(path, value, Name))
     return found

@@ -51,7 +51,8 @@ class Tables:
         for key in path:
             data = data.get(key, {}) if isinstance(data, dict) else data
         if not isinstance(data, dict):
-            self.wrong(path, f"`{_dotted(path)}` must be a table", f"write [{_dotted(path)}] on a line of its own")
+            self.wrong(path, f"`{_dotted(path)}` must be a table",
+                       f"write [{_dotted(path)}] on a line of its own")
             return kind()
         return self._checked(path, data, kind)
 
@@ -61,12 +62,14 @@ class Tables:
         for key in path:
             data = data.get(key, {} if key != path[-1] else []) if isinstance(data, dict) else []
         if not isinstance(data, list):
-            self.wrong(path, f"`{_dotted(path)}` must be a list of tables", "write [{ name = ..., type = ... }]")
+            self.wrong(path, f"`{_dotted(path)}` must be a list of tables",
+                       "write [{ name = ..., type = ... }]")
             return ()
         found = (self.record((*path, number), item, kind) for number, item in enumerate(data))
         return tuple(item for item in found if item is not None)
 
-    def record(self, path: Path, item: Any, kind: type[T], help: str = "write { name = ..., type = ... }") -> T | None:
+    def record(self, path: Path, item: Any, kind: type[T], help: str = "write { name = ..., type = ... }"
+               ) -> T | None:
         """An item of a list, at `path`, as a `kind`; None when it is no table. ``help``: what to write."""
         if isinstance(item, dict):
             return self._checked(path, item, kind)
@@ -103,7 +106,8 @@ class Tables:
             return msgspec.convert(value, kind)
         except msgspec.ValidationError as error:
             choices = " or ".join(f'"{one}"' for one in _choices(kind))
-            self.wrong(path, f"`{_dotted(path)}`{_explain(str(error), value)}", choices and f"write {choices}")
+            self.wrong(path, f"`{_dotted(path)}`{_explain(str(error), value)}",
+                       choices and f"write {choices}")
             return None
 
     def wrong(self, path: Path, message: str, help: str = "", label: str = "") -> None:

@@ -154,10 +154,11 @@ def storage(type_: Type) -> Type:
 
 
 def numbered(type_: Type) -> Elementary | None:
-    """The bit string or integer that values of the type are, whose bits and parts have numbers; None for other
-    types."""
+    """The bit string or integer that values of the type are, whose bits and parts have numbers; None for
+    other types."""
     base = storage(type_)
-    known = isinstance(base, Elementary) and base.kind in ("bits", "int", "uint") and not isinstance(type_, Enum)
+    counts = isinstance(base, Elementary) and base.kind in ("bits", "int", "uint")
+    known = counts and not isinstance(type_, Enum)
     return base if known else None
 
 

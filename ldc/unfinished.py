@@ -1,8 +1,9 @@
 """Files that are not finished, and what to do about those of somebody who was killed.
 
 An unfinished file or folder lies where it will be needed, is called ``.ldc-<16 digits>.tmp``, and is locked
-(flock) by who makes it. The kernel lets go of the lock when the last process that has it ends, however it ends:
-so one that can be locked belongs to nobody that lives, and the next to make one in that folder takes it away.
+(flock) by who makes it. The kernel lets go of the lock when the last process that has it ends, however it
+ends: so one that can be locked belongs to nobody that lives, and the next to make one in that folder takes it
+away.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ _BEGIN, _END = ".ldc-", ".tmp"
 
 @contextmanager
 def file_in(folder: Path, mode: int = 0o666) -> Iterator[BinaryIO]:
-    """A new file, empty. When the block ends it is gone, unless it has got its name by then (``named``). Raises
-    OSError."""
+    """A new file, empty. When the block ends it is gone, unless it has got its name by then (``named``).
+    Raises OSError."""
     sweep(folder)
     while True:
         # The name is known before the file exists: an interrupt at any moment leaves nothing behind.
@@ -65,8 +66,8 @@ def named(file: BinaryIO, path: Path) -> None:
 
 @contextmanager
 def alone(path: Path, patience: float = 1.0) -> Iterator[bool]:
-    """While the block runs, nobody else gets True for the file ``path``, which is there as long. ``patience``:
-    seconds that somebody is given who ends just now. Raises OSError when it cannot be made."""
+    """While the block runs, nobody else gets True for the file ``path``, which is there as long.
+    ``patience``: seconds that somebody is given who ends just now. Raises OSError when it cannot be made."""
     opened = _locked(path, time.monotonic() + patience)
     try:
         yield opened is not None
@@ -100,7 +101,8 @@ def held(opened: int) -> bool:
 
 
 def sweep(folder: Path) -> None:
-    """Takes away what others left unfinished. Once in a process for each folder: it lists all that is there."""
+    """Takes away what others left unfinished. Once in a process for each folder: it lists all that is
+    there."""
     _sweep(os.path.abspath(folder))
 
 

@@ -27,7 +27,8 @@ class Cost:
     project or native code, beside what is in it); ``task``: to begin an execution of a task.
 
     ``frame`` and ``word``: what a transfer costs each of its two processors, and each word of 32 bits in it;
-    ``algorithm``: an execution of an algorithm on a slave, unless ``algorithms`` has its unit, in capitals."""
+    ``algorithm``: an execution of an algorithm on a slave, unless ``algorithms`` has its unit, in
+    capitals."""
 
     instruction: int = 0
     arithmetic: int | None = None

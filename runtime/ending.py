@@ -35,7 +35,8 @@ class Heeded:
 
 
 def heed_once() -> None:
-    """From now on the first SIGINT or SIGTERM raises in this process, and further ones do nothing: it ends."""
+    """From now on the first SIGINT or SIGTERM raises in this process, and further ones do nothing: it
+    ends."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _raise_once)
 

@@ -107,7 +107,8 @@ def describe(error: Exception) -> tuple[str, str, str]:
                     "make sure that the loop ends, or jump forward only and go on in the next scan")
         case TaskTooLong():
             return ("LD0831", f"watchdog: {error}",
-                    "give it less to do or a higher priority, or a longer watchdog: `watchdog` in [tasks], [watchdogs] for a slave")
+                    "give it less to do or a higher priority, or a longer watchdog: `watchdog` in [tasks], "
+                    "[watchdogs] for a slave")
         case TaskOverdue():
             return ("LD0844", f"watchdog: {error}",
                     "give it less to do or a longer period; `ldc run --timing -` shows how long it takes")

@@ -103,7 +103,8 @@ def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = Fal
     interrupt there, and it is given a moment. ``orderly``: this process leaves interrupts and SIGTERM to the
     work, which puts everything in order, and may get them twice."""
     memory, watcher = mmap.mmap(-1, _SIZE), os.getpid()
-    # A signal between the fork and the first line of the work would raise in the child as if it was this process.
+    # A signal between the fork and the first line of the work would raise in the child as if it was this
+    # process.
     signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
     child, before = os.fork(), {}
     if child == 0:

@@ -10,8 +10,8 @@ from struct import Struct, calcsize
 
 
 def row(places: Sequence[tuple[int, str]], order: str = "=") -> tuple[Struct, itemgetter | None]:
-    """What reads places at once, and what puts their values into the order of ``places``, None where they come
-    in it. ``order``: of bytes, as ``struct`` calls it."""
+    """What reads places at once, and what puts their values into the order of ``places``, None where they
+    come in it. ``order``: of bytes, as ``struct`` calls it."""
     ascending = sorted(set(places))
     numbers = {place: number for number, place in enumerate(ascending)}
     words, end = order, 0

@@ -1,5 +1,5 @@
-"""Symbol paths of a running machine: ``conveyor.warm.Q``, ``a[3]``, ``%QX0.0``, ``word.15``, ``count.%B1``, in any
-case. Bits and parts are those of ``ldc.model.parts``.
+"""Symbol paths of a running machine: ``conveyor.warm.Q``, ``a[3]``, ``%QX0.0``, ``word.15``, ``count.%B1``,
+in any case. Bits and parts are those of ``ldc.model.parts``.
 
 The name of the program instance may be left out when there is a single one (DESIGN section 8).
 """
@@ -13,7 +13,8 @@ from ldc.patterns import Pattern
 from ldc.records import record
 from ldc.similar import similar
 from ldc.symbols import Location, Variable
-from ldc.types import BOOL, BYTE, DWORD, LWORD, WORD, Array, Elementary, Instance, Struct, Type, is_scalar, numbered
+from ldc.types import (
+    BOOL, BYTE, DWORD, LWORD, WORD, Array, Elementary, Instance, Struct, Type, is_scalar, numbered)
 from runtime.layout import Cell, Home, Layout, Root, slot
 
 _TOKEN = Pattern(r"\.?([^\W\d]\w*)|\.(\d+|%[XBWDLxbwdl]\d+)|\[([-\d,\s]+)\]")
@@ -29,8 +30,8 @@ class UnknownSymbol(LookupError):
 
 @record
 class Symbol:
-    """One scalar of the machine. ``keys``: attribute names and flat indexes from the root to it;
-    ``bit``: the first one of a part of a number, which is a value of ``whole``; ``area``: I Q M when located."""
+    """One scalar of the machine. ``keys``: attribute names and flat indexes from the root to it; ``bit``: the
+    first one of a part of a number, which is a value of ``whole``; ``area``: I Q M when located."""
 
     path: str
     type: Type

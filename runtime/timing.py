@@ -36,7 +36,8 @@ class Executions:
         return pieces if limit is None else _Watched(pieces, self, schedule, limit)
 
     def place(self, schedule: Schedule, pieces: Iterator[int] | None) -> Place:
-        """The rung of an execution that was executed last; of one that has not begun, the last of its task."""
+        """The rung of an execution that was executed last; of one that has not begun, the last of its
+        task."""
         while isinstance(pieces, _Watched):
             pieces = pieces.pieces
         if isinstance(pieces, Pieces):

@@ -48,7 +48,8 @@ def make_parser(first: str = "") -> argparse.ArgumentParser:
     parser = _Parser(
         prog="ldc",
         description="Ladder diagrams as text: checked, compiled to proved IEC 61131-3 IL, drawn and run.",
-        epilog="start here:\n  ldc new blinker && ldc run blinker\n  ldc explain LD0301    what a message means",
+        epilog="start here:\n  ldc new blinker && ldc run blinker\n"
+               "  ldc explain LD0301    what a message means",
     )
     parser.add_argument("--version", action="version", version=f"ldc {__version__}")
     commands = parser.add_subparsers(
@@ -113,7 +114,8 @@ def _compile(commands) -> None:
         choices=("il", "st", "ast", "graph", "tree", "c", "image"),
         default="il",
         help="il: the program as text (default); st: as Structured Text; ast: what was read; graph: nets and "
-        "elements of each rung; tree: its series-parallel form; c: the C of native code; image: bytes for the "
+        "elements of each rung; tree: its series-parallel form; c: the C of native code; image: bytes for "
+        "the "
         "runtime",
     )
     parser.add_argument(
@@ -169,14 +171,16 @@ def _run(commands) -> None:
         "--timing", metavar="OUT.csv", help="with [cost]: what tasks took of the virtual time; - is stdout"
     )
     parser.add_argument(
-        "--events", metavar="OUT.csv", help="write what master and slaves do: C.START, A.EXEC, ...; - is stdout"
+        "--events", metavar="OUT.csv",
+        help="write what master and slaves do: C.START, A.EXEC, ...; - is stdout"
     )
     parser.add_argument(
         "--realtime", action="store_true",
         help="scans at their time, each slave in a process of its own; tells how late they were",
     )
     parser.add_argument(
-        "--plot", metavar="OUT.svg", help="with --realtime: the lateness of each processor as a picture (.svg, .png)"
+        "--plot", metavar="OUT.svg",
+        help="with --realtime: the lateness of each processor as a picture (.svg, .png)"
     )
     _beside(parser)
     parser.add_argument(
@@ -188,7 +192,8 @@ def _run(commands) -> None:
     parser.add_argument("--audit", metavar="FILE", help="with --online: the log of changes (JSON lines)")
     _socket(parser)
     parser.add_argument(
-        "--sanitize", action="store_true", help="find what components in C and C++ write outside of their memory"
+        "--sanitize", action="store_true",
+        help="find what components in C and C++ write outside of their memory"
     )
 
 
@@ -198,10 +203,12 @@ def _beside(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--retain-every", type=_duration, metavar="TIME", help="time between two saves (1s)")
     parser.add_argument(
         "--start", choices=("warm", "cold", "origin"),
-        help="warm: with the values of the retain file (default); cold: with initial values; origin: the same, and "
+        help="warm: with the values of the retain file (default); cold: with initial values; origin: the "
+             "same, and "
         "the file is deleted",
     )
-    parser.add_argument("--force", metavar="A=1,B=2", help="hold these variables, whatever inputs and code say")
+    parser.add_argument("--force", metavar="A=1,B=2",
+                        help="hold these variables, whatever inputs and code say")
     parser.add_argument("--ring", metavar="OUT.csv", help="write the scans around an event: needs --trigger")
     _around(parser)
 
@@ -274,12 +281,15 @@ def _build(commands) -> None:
         help="host: this computer, by gcc; others: firmware, by arm-none-eabi-gcc"
     )
     _board(parser)
-    parser.add_argument("-o", dest="folder", metavar="DIR", default="build", help="the folder to write (build)")
-    parser.add_argument("--sanitize", action="store_true", help="let the code check itself (undefined behaviour)")
+    parser.add_argument("-o", dest="folder", metavar="DIR", default="build",
+                        help="the folder to write (build)")
+    parser.add_argument("--sanitize", action="store_true",
+                        help="let the code check itself (undefined behaviour)")
 
 
 def _board(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--board", metavar="BOARD", help="of firmware: a board of ldc, or a board file (.toml)")
+    parser.add_argument("--board", metavar="BOARD",
+                        help="of firmware: a board of ldc, or a board file (.toml)")
 
 
 def _export(commands) -> None:
@@ -317,7 +327,8 @@ def _bench(commands) -> None:
 
 def _socket(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--socket", metavar="PATH", help="of the runtime (default: LDC_SOCKET, else one named like the project)"
+        "--socket", metavar="PATH",
+        help="of the runtime (default: LDC_SOCKET, else one named like the project)"
     )
 
 
@@ -337,8 +348,10 @@ def _online(commands) -> None:
         added = _command(actions, name, help, f"  ldc online {example}")
         if name == "insert":
             added.add_argument("module", metavar="MODULE", help="a PROGRAM, by its name")
-            added.add_argument("--after", metavar="MODULE", help="the module before it (default: the last one)")
-        added.add_argument("sources", nargs="*", metavar="SRC", default=["."], help=f"{_SRC} (default: this folder)")
+            added.add_argument("--after", metavar="MODULE",
+                               help="the module before it (default: the last one)")
+        added.add_argument("sources", nargs="*", metavar="SRC", default=["."],
+                           help=f"{_SRC} (default: this folder)")
         _socket(added)
         return added
 
@@ -346,9 +359,11 @@ def _online(commands) -> None:
                        ("insert", "put a module into the list of the project, and stage the result")):
         action(name, help).add_argument("--expect", metavar="DIGEST", help="refuse when another program runs")
     report = action("report", "what becomes of each symbol")
-    report.add_argument("--from", dest="before", metavar="SRC", help="compare with these sources, not with a runtime")
+    report.add_argument("--from", dest="before", metavar="SRC",
+                        help="compare with these sources, not with a runtime")
     action("test", "let the staged program run, for a time").add_argument(
-        "--for", dest="limit", type=_duration, metavar="TIME", help="the program before comes back then (60s)")
+        "--for", dest="limit", type=_duration, metavar="TIME",
+        help="the program before comes back then (60s)")
     action("untest", "let the program before run again")
     action("commit", "keep the program in test")
     action("cancel", "give up what is staged; a test ends").add_argument(
@@ -362,7 +377,8 @@ def _values(actions) -> None:
 
     def action(name: str, help: str, example: str) -> argparse.ArgumentParser:
         added = _command(actions, name, help, f"  ldc online {name}{example}")
-        added.add_argument("--src", metavar="SRC", default=".", help="the program that runs (default: this folder)")
+        added.add_argument("--src", metavar="SRC", default=".",
+                           help="the program that runs (default: this folder)")
         _socket(added)
         return added
 
@@ -371,7 +387,8 @@ def _values(actions) -> None:
     watching = action("watch", "show values again and again, until Ctrl-C", " motor,warm.ET --every 1s")
     watching.add_argument("names", metavar="A,B", help="variables")
     watching.add_argument("--every", type=_duration, metavar="TIME", help="time between two looks (100ms)")
-    watching.add_argument("--for", dest="duration", type=_duration, metavar="TIME", help="end after this time")
+    watching.add_argument("--for", dest="duration", type=_duration, metavar="TIME",
+                          help="end after this time")
     for name, help in (("set", "give a variable a value, once"),
                        ("force", "hold a variable, whatever inputs and code say")):
         writing = action(name, help, " motor 1")
@@ -381,10 +398,12 @@ def _values(actions) -> None:
     letting.add_argument("path", nargs="?", metavar="PATH", help="a variable")
     letting.add_argument("--all", action="store_true", help="all that are forced")
     action("forces", "what is forced", "")
-    tracing = action("trace", "write the scans around an event", ' --watch a,b --trigger "a rises" -o out.csv')
+    tracing = action("trace", "write the scans around an event",
+                     ' --watch a,b --trigger "a rises" -o out.csv')
     tracing.add_argument("--watch", metavar="A,B", required=True, help="variables, the columns")
     _around(tracing, required=True)
-    tracing.add_argument("-o", dest="output", metavar="OUT.csv", help="write to this file, not to standard output")
+    tracing.add_argument("-o", dest="output", metavar="OUT.csv",
+                         help="write to this file, not to standard output")
 
 
 def _pull(commands) -> None:
@@ -392,8 +411,10 @@ def _pull(commands) -> None:
         commands, "pull", "get the sources of the running program",
         "  ldc pull -o running      write them\n  ldc pull --check         status 1 when those here differ",
     )
-    parser.add_argument("sources", nargs="*", metavar="SRC", default=["."], help=f"{_SRC} (default: this folder)")
-    parser.add_argument("-o", dest="folder", metavar="DIR", default="pulled", help="a new or empty folder (pulled)")
+    parser.add_argument("sources", nargs="*", metavar="SRC", default=["."],
+                        help=f"{_SRC} (default: this folder)")
+    parser.add_argument("-o", dest="folder", metavar="DIR", default="pulled",
+                        help="a new or empty folder (pulled)")
     parser.add_argument("--check", action="store_true", help="write nothing, compare")
     _socket(parser)
 
@@ -406,12 +427,16 @@ def _component(commands) -> None:
         "  ldc component new ramp --language c\n  ldc component check\n  ldc component list",
     )
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=_Parser)
-    new = _command(actions, "new", "write a descriptor and a body that work", "  ldc component new ramp -o parts")
+    new = _command(actions, "new", "write a descriptor and a body that work",
+                   "  ldc component new ramp -o parts")
     new.add_argument("name", metavar="NAME", help="of the component; ladders name it in capitals")
-    new.add_argument("--language", choices=("c", "c++", "st", "il"), default="c", help="of the body (default: c)")
+    new.add_argument("--language", choices=("c", "c++", "st", "il"), default="c",
+                     help="of the body (default: c)")
     new.add_argument("-o", dest="folder", metavar="DIR", default=".", help="where (default: here)")
-    what = "a descriptor (.ldc.toml), a project, or sources with descriptors beside them (default: this folder)"
-    check = _command(actions, "check", "compile every component, used or not", "  ldc component check ramp.ldc.toml")
+    what = ("a descriptor (.ldc.toml), a project, or sources with descriptors beside them "
+            "(default: this folder)")
+    check = _command(actions, "check", "compile every component, used or not",
+                     "  ldc component check ramp.ldc.toml")
     check.add_argument("sources", nargs="*", metavar="SRC", help=what)
     listing = _command(actions, "list", "the components that a project may use", "  ldc component list")
     listing.add_argument("sources", nargs="*", metavar="SRC", help=what)

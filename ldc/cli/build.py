@@ -34,7 +34,8 @@ def run(options: argparse.Namespace) -> int:
     result = compiled(read(options.sources), previous=layout, called_on="a host of its own")
     resource = resource_to_run(result)
     made = artifact(result, resource, folder, areas, options.sanitize)
-    write_sources({HEADER: made.plan.header} | {file.name: file.text for file in made.plan.files}, folder / "c")
+    write_sources({HEADER: made.plan.header} | {file.name: file.text for file in made.plan.files},
+                  folder / "c")
     for binding in made.plan.bindings:
         write_file(folder / _component(binding), binding.library.read_bytes())
     write_file(folder / IMAGE, result.image.data)

@@ -19,7 +19,8 @@ def before(folder: Path, image_name: str, about_name: str) -> tuple[image.Layout
     try:
         found = json.loads((folder / about_name).read_bytes())["areas"]
         layout = image.load((folder / image_name).read_bytes()).layout
-        return layout, {area: size for area, size in found.items() if isinstance(size, int) and 0 < size <= 1 << 20}
+        return layout, {area: size
+                        for area, size in found.items() if isinstance(size, int) and 0 < size <= 1 << 20}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None, {}
 

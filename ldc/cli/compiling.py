@@ -35,7 +35,8 @@ def compiled(
     The settings are those of `pipeline.Options`. Raises Invalid when the sources are wrong.
     """
     with progress() as tell:
-        options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep, previous=previous,
+        options = pipeline.Options(max_paren_depth=max_paren_depth, verify=verify, keep=keep,
+                                   previous=previous,
                                    progress=tell, algorithms=called_on is None,
                                    memory=None if keep else memory_for(sources))
         result = pipeline.compile_project(sources, options)
@@ -81,7 +82,8 @@ def locator(result: pipeline.Compiled) -> Locate:
 
 
 def native_code(result: pipeline.Compiled) -> tuple[Binding, ...]:
-    """The libraries of the components in C and C++, compiled now or before. Raises Invalid when they cannot be."""
+    """The libraries of the components in C and C++, compiled now or before. Raises Invalid when they cannot
+    be."""
     if not result.natives:
         return ()
     from ldc.cli import sanitized

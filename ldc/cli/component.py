@@ -105,7 +105,8 @@ def _header(options: argparse.Namespace) -> int:
 
 
 def _compiled(sources: Sources) -> pipeline.Compiled:
-    result = pipeline.compile_project(sources, pipeline.Options(keep=False, every_component=True, algorithms=False))
+    result = pipeline.compile_project(sources,
+                                      pipeline.Options(keep=False, every_component=True, algorithms=False))
     if result.diagnostics.has_errors:
         raise Invalid(result.diagnostics)
     return result

@@ -21,8 +21,8 @@ FULL = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
 
 
 SHOWABLE = "ldc.showable"
-"""What becomes of characters that an encoding lacks: lines of drawings are shown by those of ASCII, others, and
-the bytes of names of files that are no text, as escapes."""
+"""What becomes of characters that an encoding lacks: lines of drawings are shown by those of ASCII, others,
+and the bytes of names of files that are no text, as escapes."""
 
 _LIKE = dict(zip("─│┃┌┐└┘├┠┤┬┴┼╞→►●▁▇…µ", "-||++++|||+++|>>*_#~u", strict=True))
 

@@ -78,8 +78,8 @@ def _compare(compiled: pipeline.Compiled, sources: Sources) -> None:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """All files, or none: they come to the folder's place when all are there. An empty folder that is there stays
-    the one it is: somebody may be in it."""
+    """All files, or none: they come to the folder's place when all are there. An empty folder that is there
+    stays the one it is: somebody may be in it."""
     there = folder.is_dir()
     try:
         with unfinished.folder_in(folder if there else folder.parent) as temporary:

@@ -6,9 +6,9 @@ import signal
 
 
 class Unheeded:
-    """Inside, Ctrl-C ends the process as it ends one that knows nothing of it. Python would raise in the midst of
-    a module: a traceback of imports, or of a class that is half made. Where somebody has other plans with
-    Ctrl-C, or a shell lets what it starts in the background ignore it, those stay."""
+    """Inside, Ctrl-C ends the process as it ends one that knows nothing of it. Python would raise in the
+    midst of a module: a traceback of imports, or of a class that is half made. Where somebody has other plans
+    with Ctrl-C, or a shell lets what it starts in the background ignore it, those stay."""
 
     def begin(self) -> None:
         self._before = signal.getsignal(signal.SIGINT)

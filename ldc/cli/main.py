@@ -49,8 +49,8 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _open_streams() -> None:
-    """A stream that was closed before the command began (`>&-`) goes nowhere; its number is taken, or the next
-    file that is opened would get it, and what others write there."""
+    """A stream that was closed before the command began (`>&-`) goes nowhere; its number is taken, or the
+    next file that is opened would get it, and what others write there."""
     for name, number in (("stdout", 1), ("stderr", 2)):
         if getattr(sys, name) is None:
             nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -19,8 +19,8 @@ from ldc.parser import parse_file
 @contextmanager
 def inserted(sources: Sources, module: str, after: str | None) -> Iterator[None]:
     """The project file lists the module behind ``after`` (None: as the last one) from now on; what goes wrong
-    inside puts it back, unless somebody has changed it since. Raises Invalid (LD0829) when it cannot be listed
-    there, Failure when the file cannot be written."""
+    inside puts it back, unless somebody has changed it since. Raises Invalid (LD0829) when it cannot be
+    listed there, Failure when the file cannot be written."""
     manifest = sources.manifest
     text = with_module(manifest, module, after, _starts(sources, module))
     path = Path(manifest.source.path)
@@ -43,8 +43,9 @@ def _as_in(before: bytes, text: str) -> bytes:
 
 
 def with_module(manifest: Manifest, module: str, after: str | None, starts: bool = False) -> str:
-    """The text of the project file with one more module. ``starts``: it is one that a sequence starts: where the
-    project writes the steps of its own and none of it, it has one behind the last step of the module before."""
+    """The text of the project file with one more module. ``starts``: it is one that a sequence starts: where
+    the project writes the steps of its own and none of it, it has one behind the last step of the module
+    before."""
     names = [name.upper() for name in manifest.modules]
     text = manifest.source.text
     if module.upper() in names:

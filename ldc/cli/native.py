@@ -22,8 +22,8 @@ def artifact(result: pipeline.Compiled, resource: int, folder: Path | None = Non
              areas: Mapping[str, int] | None = None, sanitize: bool = False,
              bindings: tuple[Binding, ...] | None = None, cost: Cost | None = None) -> Artifact:
     """The shared object for one resource of a compiled project; ``bindings``: its components, when they are
-    built already; ``cost``: what execution costs, for code that is executed piece by piece. Raises Invalid and
-    Failure."""
+    built already; ``cost``: what execution costs, for code that is executed piece by piece. Raises Invalid
+    and Failure."""
     diagnostics = Diagnostics()
     bindings = native_code(result) if bindings is None else bindings
     one = None if cost is None else Costs(result.program, cost).one

@@ -146,7 +146,8 @@ def _offline(before: Sources, sources: Sources) -> int:
     limits = Limits(before.settings.image_bytes)
     manifest = before.manifest
     period = manifest.period if manifest and manifest.period else base_tick(running.resource.tasks)
-    against = [*plan.refusals, *checks.tasks(running, changed, period), *checks.memory(new.program, changed, limits)]
+    against = [*plan.refusals, *checks.tasks(running, changed, period),
+               *checks.memory(new.program, changed, limits)]
     if against:
         raise Invalid(declared.placed(against, new), locator(new))
     _print_changes(Changes(list(plan.kept), list(plan.initialised), list(plan.dropped)))

@@ -70,7 +70,8 @@ class Plant:
         except Endless as error:
             diagnostics = Diagnostics()
             diagnostics.error("LD0846", f"the plant `{self._source.path}` does not come back from its step "
-                              f"at {milliseconds(now_ns)} ms", self._span(error), "was here when it was ended",
+                              f"at {milliseconds(now_ns)} ms", self._span(error),
+                              "was here when it was ended",
                               help="bound every loop and wait for nothing: a step has the time of its period")
             raise Invalid(diagnostics) from None
         except (Exception, SystemExit) as error:

@@ -39,7 +39,8 @@ class Powers:
         runs = machine.program.resources[machine.resource].runs
         used = {run.pou.upper() for run in runs}
         # Between the rungs of a chart stands the code of its control; an action may be called from nowhere.
-        places = {pou: {rung.key: n for n, rung in enumerate(machine.program.unit(pou).rungs)} for pou in used}
+        places = {pou: {rung.key: n for n, rung in enumerate(machine.program.unit(pou).rungs)}
+                  for pou in used}
         self.rows = tuple(Row(run.name, run.pou.upper(), places[run.pou.upper()][build.code.key],
                               _name(run.name, build, len(runs) > 1))
                           for run in runs for build in builds.get(run.pou.upper(), ())

@@ -1,8 +1,8 @@
 """What of `ldc.toml` a change of the running program brings along, and what stays as the runtime was started
 (docs/online.md, "What of ldc.toml").
 
-The runtime remembers the settings that it was started with and does not change; whoever stages, or asks whether
-what runs is what is here, compares.
+The runtime remembers the settings that it was started with and does not change; whoever stages, or asks
+whether what runs is what is here, compares.
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ def drift(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnosti
 
 def _overridden(manifest: Manifest | None, begun: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Settings for which the command line said something else."""
-    ours: dict[str, object] = {"--inputs": manifest and manifest.inputs, "--retain": manifest and manifest.retain,
+    ours: dict[str, object] = {"--inputs": manifest and manifest.inputs,
+                               "--retain": manifest and manifest.retain,
                                "--period": manifest and manifest.period,
                                "--retain-every": manifest and manifest.retain_every}
     for option, here in ours.items():

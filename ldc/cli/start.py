@@ -21,8 +21,8 @@ def entry() -> None:
 
 
 def _leave(statuses: list[int]) -> None:
-    """End the process as it stands: to take down what a compile has made, object by object, would take as long
-    as a stage of it."""
+    """End the process as it stands: to take down what a compile has made, object by object, would take as
+    long as a stage of it."""
     if not statuses:
         return
     try:

@@ -15,7 +15,8 @@ from runtime.machine import Machine
 from runtime.scheduler.report import COLUMNS, Row
 from runtime.timing import Timing
 
-_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "watchdog", "lost", "preempted",
+_TITLES = ("", "runs", "worst us", "mean us", "jitter us", "overruns", "missed", "watchdog", "lost",
+           "preempted",
            "load %")
 
 

@@ -26,8 +26,8 @@ _STANDS_FOR = {"__builtin_offsetof": "0", "__builtin_va_arg": "0", "__builtin_va
 @record
 class CText:
     """``text``: what the preprocessor gave, with standard ``#line`` directives. ``plain``: the same, place by
-    place, as C11 without directives: attributes are blank, what the headers of the standard make of compilers' own
-    functions is a constant. ``origins``: file and line of each line, from its marker."""
+    place, as C11 without directives: attributes are blank, what the headers of the standard make of
+    compilers' own functions is a constant. ``origins``: file and line of each line, from its marker."""
 
     text: str
     plain: str

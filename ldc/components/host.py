@@ -134,7 +134,8 @@ def _key(native: Native, memory: AddressMap, compiler: str, flags: Sequence[str]
 def _known(
     native: Native, memory: AddressMap, folder: Path, flags: Sequence[str], diagnostics: Diagnostics
 ) -> tuple[list[str], Kept] | None:
-    """The rewritten sources, and what to know of them, which is kept for the next time; None with findings."""
+    """The rewritten sources, and what to know of them, which is kept for the next time; None with
+    findings."""
     component, before = native.component, len(diagnostics)
     made = rewritten(native, memory, folder, diagnostics)
     compiler = toolchain.find(_tool(component), diagnostics)

@@ -1,8 +1,9 @@
 """What is known of components that were rewritten before: the symbols that they name, and their library.
 
-Reading C costs more than all else in the start of a program with components, so it is done once for a component
-as it stands: its descriptor, sources, headers, generated header, flags and compiler, and this package. A source
-that includes a file from outside of its folder, which may change without notice, is read each time.
+Reading C costs more than all else in the start of a program with components, so it is done once for a
+component as it stands: its descriptor, sources, headers, generated header, flags and compiler, and this
+package. A source that includes a file from outside of its folder, which may change without notice, is read
+each time.
 """
 
 from __future__ import annotations

@@ -39,10 +39,10 @@ def used(
     wanted: Iterable[str] = (),
     slaves: Set[int] = frozenset(),
 ) -> tuple[dict[str, Component], tuple[ast.File, ...]]:
-    """Components that declarations name or that are wanted, by name in capitals, and a file with the
-    function block of each. ``slaves``: those that execute algorithms.
-    Those of the project come first; installed packages are asked for what is still unknown. Blocks that editors
-    bring along are added too, also instead of a component of the same name when the text names their pins."""
+    """Components that declarations name or that are wanted, by name in capitals, and a file with the function
+    block of each. ``slaves``: those that execute algorithms. Those of the project come first; installed
+    packages are asked for what is still unknown. Blocks that editors bring along are added too, also instead
+    of a component of the same name when the text names their pins."""
     declared = {name.upper() for file in files for name in _declared(file)}
     asked = False
     chosen: dict[str, Component] = {}

@@ -178,7 +178,8 @@ def _power(chosen: str | None, usual: str | None) -> tuple[str | None, bool]:
 
 
 def _side(
-    block: ast.Block, declared: tuple[str, ...], power: tuple[str | None, bool], output: bool, is_function: bool
+    block: ast.Block, declared: tuple[str, ...], power: tuple[str | None, bool], output: bool,
+    is_function: bool
 ) -> list[Port]:
     """The power's pin stands first. When no power is wired, an operand may be: it is drawn there, unless it
     is a network, which stands at the pin's own place and leaves the power's empty."""

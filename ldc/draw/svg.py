@@ -199,7 +199,8 @@ class _Band:
             reach = 6 if symbol.kind == "contact" else 4
             self.out.append(f'<path d="M{x - reach} {y + 8}L{x + reach} {y - 8}"/>')
         elif modifier:
-            self.out.append(f'<text x="{x}" y="{y + 4}" text-anchor="middle">{escape(modifier, quote=False)}</text>')
+            self.out.append(f'<text x="{x}" y="{y + 4}" text-anchor="middle">'
+                            f'{escape(modifier, quote=False)}</text>')
         self.out.append("</g>")
 
     def label(self, label: Label) -> None:

@@ -51,7 +51,8 @@ class Accumulator:
     def settle(self, type_: Type, code: list[Instr], diagnostics: Diagnostics) -> bool:
         """Gives the waiting literals their type; False after an error."""
         literal = self.literal
-        if literal is None:  # computed from literals: a range holds for results that are stored, not on the way
+        # Computed from literals: a range holds for results that are stored, not on the way.
+        if literal is None:
             type_ = base(type_)
         for index, waiting, typed in self.loose:
             instr = code[index]

@@ -151,7 +151,8 @@ class Emitter:
 
     def place(self, place: Place) -> Place:
         """The place with every index a constant or a variable."""
-        if not place.steps or all(isinstance(s, FieldStep | BitStep) or simple_indexes(s) for s in place.steps):
+        if not place.steps or all(isinstance(s, FieldStep | BitStep) or simple_indexes(s)
+                                  for s in place.steps):
             return place
         steps = tuple(
             s if not isinstance(s, IndexStep)
@@ -160,10 +161,12 @@ class Emitter:
         return Place(place.root, place.type, steps, place.is_global, place.span)
 
     def finish(self) -> tuple[Instr, ...]:
-        """The instructions, without unused gaps, stores that nobody reads, and loads that the next overwrites."""
+        """The instructions, without unused gaps, stores that nobody reads, and loads that the next
+        overwrites."""
         code = [i if isinstance(i, Instr) else i.store for i in self.out if isinstance(i, Instr) or i.store]
         read = {place.root for i in code for place in _read_places(i)}
-        code = [i for i in code if not (i.op == "ST" and i.operand.root in self.temps and i.operand.root not in read)]
+        code = [i for i in code if not (i.op == "ST" and i.operand.root in self.temps
+                                        and i.operand.root not in read)]
         self.temps = {name: v for name, v in self.temps.items() if name in read or any(
             place.root == name for i in code for _, place in i.outputs)}
         return tuple(instr for n, instr in enumerate(code)

@@ -1,6 +1,7 @@
 """EN and ENO of calls in IL text: what they jump over, and what they tell (docs/il.md).
 
-While EN is FALSE nothing is called, outputs keep their values, the result of a function is 0 and ENO is FALSE.
+While EN is FALSE nothing is called, outputs keep their values, the result of a function is 0 and ENO is
+FALSE.
 """
 
 from __future__ import annotations

@@ -36,7 +36,8 @@ def duplicate_label(diagnostics: Diagnostics, span: Span, name: str, first: Span
 
 def undefined(diagnostics: Diagnostics, span: Span, op: str) -> None:
     diagnostics.error("LD0707", f"`{op}` has no value to work on", span, "the accumulator is undefined here",
-                      help="load a value by LD first; CAL, JMP and RET leave none behind, nor does a label to "
+                      help="load a value by LD first; CAL, JMP and RET leave none behind, nor does a label "
+                           "to "
                            "which a way comes without one")
 
 

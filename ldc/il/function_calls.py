@@ -194,7 +194,8 @@ def _formal_user(machine: Machine, line: Line, user: Signature) -> None:
 
 def _in_outs_missing(machine: Machine, user: Signature, names: list[str]) -> None:
     call_findings.pin_missing(machine.diagnostics, machine.at, user.name, names,
-                              f"give each VAR_IN_OUT a variable by name: `{user.name}({names[0]} := variable)`")
+                              "give each VAR_IN_OUT a variable by name: "
+                              f"`{user.name}({names[0]} := variable)`")
     machine.define(POISON)
 
 

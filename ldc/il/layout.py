@@ -39,7 +39,8 @@ class Layout:
     @property
     def digest(self) -> str:
         """SHA-256 of all paths, places and types."""
-        rows = (f"{s.path.upper()}|{s.area}|{s.offset}|{s.bit}|{s.type_hash}|{s.retain}" for s in self.symbols)
+        rows = (f"{s.path.upper()}|{s.area}|{s.offset}|{s.bit}|{s.type_hash}|{s.retain}"
+                for s in self.symbols)
         return hashlib.sha256("\n".join(sorted(rows)).encode()).hexdigest()
 
 

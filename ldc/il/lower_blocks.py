@@ -29,7 +29,8 @@ class BlockLowering:
     def lower(self, index: int, block: Block, pins: Mapping[str, Value], power: Value, needed: bool) -> Value:
         """Emits block ``index`` with ``power`` at its power pin and ``pins`` at those that nets feed; gives
         the power that leaves it."""
-        sources = [(p.pin, p.type, pins[p.pin] if isinstance(p.source, int) else p.source) for p in block.inputs]
+        sources = [(p.pin, p.type, pins[p.pin] if isinstance(p.source, int) else p.source)
+                   for p in block.inputs]
         if block.is_function:
             return self.function(index, block, sources, power)
         return self.instance(index, block, sources, power, needed)
@@ -55,8 +56,8 @@ class BlockLowering:
         return emit.hold()
 
     def _steady(self, block: Block) -> Place:
-        """The instance, its indexes computed once: the call and its outputs may change their variables. A block
-        of the project may reach each that is global or lies in the process image."""
+        """The instance, its indexes computed once: the call and its outputs may change their variables. A
+        block of the project may reach each that is global or lies in the process image."""
         instance = self.emit.place(block.instance)
         standard = block.signature.standard
         changed = {p.target.root.upper() for p in block.outputs if isinstance(p.target, Place)}
@@ -126,7 +127,8 @@ class BlockLowering:
         in the accumulator."""
         return pin if isinstance(pin.target, int) else replace(pin, target=self.emit.place(pin.target))
 
-    def _guard(self, power: Value, args: tuple[Value, ...], skip: str, checked: bool) -> tuple[Place, tuple[Value, ...]]:
+    def _guard(self, power: Value, args: tuple[Value, ...], skip: str, checked: bool
+               ) -> tuple[Place, tuple[Value, ...]]:
         """Jumps over the call without power, and (``checked``) when the divisor is zero."""
         emit = self.emit
         enabled = emit.temp(BOOL)
@@ -195,7 +197,8 @@ class BlockLowering:
         emit.put("FN", None, call.type, call.op, rest, tuple(taken.items()))
         return taken
 
-    def _take_results(self, index: int, block: Block, outputs: tuple[PinOut, ...], net_temps: dict[str, Place],
+    def _take_results(self, index: int, block: Block, outputs: tuple[PinOut, ...],
+                      net_temps: dict[str, Place],
                       taken: dict[str, Place]) -> None:
         """Stores the results: first what is in the accumulator, then the other pins."""
         emit = self.emit

@@ -16,7 +16,8 @@ from ldc.symbols import Variable
 from ldc.types import BOOL
 
 _RETURNS = {"RET": "JMP", "RETC": "JMPC", "RETCN": "JMPCN"}
-_LOADS = frozenset(("LD", "LDN", "AND", "ANDN", "OR", "ORN", "XOR", "XORN", "NOT", "ST", "STN", "S", "R", "FN"))
+_LOADS = frozenset(("LD", "LDN", "AND", "ANDN", "OR", "ORN", "XOR", "XORN", "NOT", "ST", "STN", "S", "R",
+                    "FN"))
 _NAMED = frozenset(("JMP", "JMPC", "JMPCN", "LABEL"))
 
 

@@ -64,7 +64,8 @@ class Operands:
         node = self._parse(text, start, end)
         if node is None:
             return None
-        found = (self._in_out(node) if write else None) or self.scope.place(node, self.diagnostics, write=write)
+        found = self._in_out(node) if write else None
+        found = found or self.scope.place(node, self.diagnostics, write=write)
         if found is None:
             return None
         return self._keep(text, write, found, node.span)

@@ -21,7 +21,8 @@ from ldc.symbols import Variable
 from ldc.types import INT
 
 MOST = 200_000
-"""Instructions of a POU with its actions put in: where each calls another twice they grow by powers of two."""
+"""Instructions of a POU with its actions put in: where each calls another twice they grow by powers of
+two."""
 
 _RETURNS = {"RET": "JMP", "RETC": "JMPC", "RETCN": "JMPCN"}
 _NAMED = frozenset(("JMP", "JMPC", "JMPCN", "LABEL"))

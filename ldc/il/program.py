@@ -81,7 +81,8 @@ class RungCode:
 
 @record
 class External:
-    """Native code of a component (DESIGN section 6): ``void entry(const in *, out *, state *, uint32_t dt_us)``.
+    """Native code of a component (DESIGN section 6): ``void entry(const in *, out *, state *, uint32_t
+    dt_us)``.
 
     Members of ``in`` are the unit's inputs, of ``out`` its outputs without ``ENO``, of ``state`` its locals,
     in the order and with the names of the unit's variables. ``digest``: SHA-256 over sources, header and

@@ -22,12 +22,13 @@ def read_once(statements: Iterable[il.Statement]) -> frozenset[il.CallFunction]:
         for place, whole in _read_in(s):
             if (last := calls.get(place.root.upper())) is not None:
                 last[1] += 1 if whole else 2
-        written = s.result if isinstance(s, il.CallFunction) else s.target if isinstance(s, il.Assign) else None
+        called = isinstance(s, il.CallFunction)
+        written = s.result if called else s.target if isinstance(s, il.Assign) else None
         if written is None:
             continue
         call, reads = calls.pop(written.root.upper(), (None, 0))
         found |= {call} if reads == 1 else set()
-        if isinstance(s, il.CallFunction) and not s.outputs:
+        if called and not s.outputs:
             calls[written.root.upper()] = [s, 0]
     return frozenset(found | {call for call, reads in calls.values() if reads == 1})
 

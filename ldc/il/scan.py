@@ -75,8 +75,8 @@ class Argument:
 
 
 class Scanner:
-    """Lines of ``text[start:end]``; comments count as blanks, and so does a semicolon that ends a line, as some
-    editors write it."""
+    """Lines of ``text[start:end]``; comments count as blanks, and so does a semicolon that ends a line, as
+    some editors write it."""
 
     def __init__(self, text: str, start: int, end: int) -> None:
         self.base = start

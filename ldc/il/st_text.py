@@ -237,7 +237,8 @@ class _Body:
         return isinstance(type_, Instance)
 
     def _flush(self) -> None:
-        """Pins that no call followed are assignments. FUNCTIONs that no expression has called by now are called."""
+        """Pins that no call followed are assignments. FUNCTIONs that no expression has called by now are
+        called."""
         pins, self.pins = self.pins, []
         lines = [f"{self._place(target)} := {self._text(value)};" for target, value in pins]
         self._settle()
@@ -254,7 +255,8 @@ class _Body:
 
     def block(self, s: il.CallBlock) -> None:
         pins = self.pins
-        joined = s.condition is None and pins and _same_instance(pins[0][0], s.instance.root, s.instance.steps)
+        instance = s.instance
+        joined = s.condition is None and pins and _same_instance(pins[0][0], instance.root, instance.steps)
         names = [target.steps[-1].name.upper() for target, _ in pins]
         own = any(p.root == s.instance.root for _, value in pins for p in loads(value))
         if not joined or len(set(names)) < len(names) or own:

@@ -102,5 +102,6 @@ def all_negated(expr: Value) -> Apply | None:
     """De Morgan: ``/a OR /b`` is NOT (a AND b), which needs no load of its own for the first operand."""
     if (isinstance(expr, Apply) and expr.op in ("AND", "OR") and expr.type == BOOL
             and all(is_not(a) and is_simple(a.args[0]) for a in expr.args)):
-        return Apply("OR" if expr.op == "AND" else "AND", tuple(a.args[0] for a in expr.args), BOOL, expr.span)
+        return Apply("OR" if expr.op == "AND" else "AND", tuple(a.args[0] for a in expr.args), BOOL,
+                     expr.span)
     return None

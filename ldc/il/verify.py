@@ -41,8 +41,9 @@ class Verdict:
 def verify(graph: RungGraph, turns: tuple[Turn, ...], memories: Memories, tree: SPTree | None,
            code: tuple[Instr, ...], temps: Iterable[Variable] = (),
            locations: Mapping[str, Location] | None = None, nullary: Collection[str] = ()) -> Verdict:
-    """Compares drawing, tree (None: it is known to be right) and IL of one rung. ``temps``: variables of the IL that are not compared;
-    ``locations``: located variables by capital name; ``nullary``: FUNCTIONs without inputs, in capitals."""
+    """Compares drawing, tree (None: it is known to be right) and IL of one rung. ``temps``: variables of the
+    IL that are not compared; ``locations``: located variables by capital name; ``nullary``: FUNCTIONs without
+    inputs, in capitals."""
     operands = Operands()
     ignored = {(False, v.name.upper()) for v in temps}
 
@@ -149,7 +150,8 @@ class GraphDomain:
             divisor = next((p.source for p in block.inputs if p.pin == names[1]), None)
             if not (isinstance(divisor, Const) and divisor.value != 0):
                 zero = self.zero(kinds[1])
-                eno &= self.memory.operands.boolean(self.memory.operator("NE", [values[1], zero], kinds[1:] * 2, BOOL))
+                unequal = self.memory.operator("NE", [values[1], zero], kinds[1:] * 2, BOOL)
+                eno &= self.memory.operands.boolean(unequal)
 
         seen = self.memory.seen(block.callee)
 
@@ -272,7 +274,8 @@ def _taken(jumps: list[tuple[int, str | None, int]]) -> dict[str | None, int]:
     return taken
 
 
-def _difference(a: tuple[Memory, dict], b: tuple[Memory, dict], ignored: set[tuple]) -> tuple[str, int] | None:
+def _difference(a: tuple[Memory, dict], b: tuple[Memory, dict], ignored: set[tuple]
+                ) -> tuple[str, int] | None:
     """The first thing that two runs leave differently, and the assignments that show it."""
     (left, left_jumps), (right, right_jumps) = a, b
     if left_jumps != right_jumps:

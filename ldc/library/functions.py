@@ -105,7 +105,8 @@ def _resolve(name: str, arg_types: tuple[Type | None, ...]) -> Resolved | str:
 def _in_one_type(
     name: str, row: Function, type_: Type, arg_types: tuple[Type | None, ...]
 ) -> Resolved | str:
-    """A call of a typed function: what may be of its type is, literals too; a selector and the like are not."""
+    """A call of a typed function: what may be of its type is, literals too; a selector and the like are
+    not."""
     known = tuple(type_ if t is not None and widens(t, type_) else t for t in arg_types)
     for given in (tuple(type_ if t is None else t for t in known), known):
         found = row.resolve(given)

@@ -26,7 +26,8 @@ GENERIC: dict[str, frozenset[str]] = {
 }
 WORDS = {
     "ANY_INT": "an integer", "ANY_REAL": "a REAL or LREAL", "ANY_NUM": "a number",
-    "ANY_ENUM": "an enumeration", "ANY_MAGNITUDE": "a number or a TIME", "ANY_BIT": "a BOOL or a bit string", "ANY_STRING": "a string",
+    "ANY_ENUM": "an enumeration", "ANY_MAGNITUDE": "a number or a TIME", "ANY_BIT": "a BOOL or a bit string",
+    "ANY_STRING": "a string",
     "ANY_ELEMENTARY": "a value of an elementary type", "ANY_SCALAR": "a single value", "ANY": "a value",
 }
 

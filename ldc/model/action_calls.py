@@ -1,7 +1,8 @@
 """Calls of actions: bodies of a POU that are executed in its scope, where they are called (docs/st.md).
 
 An action of the POU itself is ``name()``, one of an instance of a function block ``instance.name()``; a
-ladder draws ``<name()>`` and ``<instance: name()>``. An instance is told by a pin which of its actions a call means.
+ladder draws ``<name()>`` and ``<instance: name()>``. An instance is told by a pin which of its actions a call
+means.
 """
 
 from __future__ import annotations

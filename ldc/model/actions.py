@@ -57,10 +57,9 @@ class Case:
 
 @record
 class For:
-    """``start`` is of the variable's type, ``step`` of the integer type ``number`` that it counts as, ``stop`` of
-    that or a wider one; a constant ``step`` is not 0.
-    ``down``: the step is the amount that is subtracted (of an unsigned variable). ``free``: the body
-    cannot change the variable."""
+    """``start`` is of the variable's type, ``step`` of the integer type ``number`` that it counts as,
+    ``stop`` of that or a wider one; a constant ``step`` is not 0. ``down``: the step is the amount that is
+    subtracted (of an unsigned variable). ``free``: the body cannot change the variable."""
 
     place: Place
     start: Expr

@@ -1,7 +1,7 @@
 """SIZEOF of a variable or a type: how many bytes other editors count for it.
 
-What is kept here lies as ``ldc.il.layout`` says, and no program sees it; texts use SIZEOF for the number of elements
-of an array, and for the room of a string.
+What is kept here lies as ``ldc.il.layout`` says, and no program sees it; texts use SIZEOF for the number of
+elements of an array, and for the room of a string.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from ldc.model import type_findings as findings
 from ldc.model.environment import Environment
 from ldc.model.values import Untyped, counting
 from ldc.parser import ast
-from ldc.types import ELEMENTARY, Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, holds_blocks
+from ldc.types import (
+    ELEMENTARY, Array, Elementary, Enum, Instance, String, Struct, Subrange, Type, holds_blocks)
 
 
 def size(env: Environment, node: ast.Call, diagnostics: Diagnostics) -> Untyped | None:

@@ -70,7 +70,8 @@ def pin_missing(diagnostics: Diagnostics, span: Span, block: str, pins: Iterable
 
 def left_out(diagnostics: Diagnostics, span: Span, function: str, pins: Iterable[str]) -> None:
     names = ", ".join(f"`{pin}`" for pin in pins)
-    diagnostics.warning("LD0171", f"`{function}` is called without {names}", span, "the default of the type is taken",
+    diagnostics.warning("LD0171", f"`{function}` is called without {names}", span,
+                        "the default of the type is taken",
                         help="give a value, or declare an initial one")
 
 
@@ -108,7 +109,8 @@ def network_on_value_pin(diagnostics: Diagnostics, span: Span, pin: str, type_: 
 
 
 def outputs_in_expression(diagnostics: Diagnostics, span: Span, message: str, label: str) -> None:
-    diagnostics.error("LD0514", message, span, label, help="write the call as a block of the rung, or as a statement of its own")
+    diagnostics.error("LD0514", message, span, label,
+                      help="write the call as a block of the rung, or as a statement of its own")
 
 
 def unknown_label(diagnostics: Diagnostics, span: Span, label: str, help: str) -> None:

@@ -79,7 +79,8 @@ def _bound(env: Environment, node: ast.Call, key: str, diagnostics: Diagnostics)
     bounds = place.type.bounds if isinstance(place.type, Array) else ()
     if at is None or not 1 <= at <= len(bounds):
         type_findings.not_a_value(diagnostics, node.span,
-                                  f"`{node.name}` needs an array and one of its dimensions", f"this has {len(bounds)}", f"write `{node.name}(array, 1)`")
+                                  f"`{node.name}` needs an array and one of its dimensions",
+                                  f"this has {len(bounds)}", f"write `{node.name}(array, 1)`")
         return None
     return Const(bounds[at - 1][_BOUNDS[key]], DINT, node.span)
 
@@ -94,7 +95,8 @@ def unknown_function(env: Environment, name: str, span, diagnostics: Diagnostics
     own = env.signature(env.pou.upper())
     if own is not None and own.action(name):
         findings.wrong_kind(diagnostics, span, f"`{name}` cannot be called in an expression",
-                            "this is an action", "call it before, `name();`, and read the variables that it writes")
+                            "this is an action",
+                            "call it before, `name();`, and read the variables that it writes")
     elif not env.silent(name.upper()):
         findings.unknown_callee(diagnostics, span, name,
                                 _INSTEAD.get(name.upper()) or _instance_help(env, name)
@@ -161,7 +163,8 @@ def _standard_function(
         return None
     if function.name in conversion.KEPT:
         findings.bits_kept(diagnostics, node.span, function.name)
-    name = _truncation(values[0].type, hint) if function.name == "TRUNC" and type(values[0]) is not Untyped else ""
+    truncated = function.name == "TRUNC" and type(values[0]) is not Untyped
+    name = _truncation(values[0].type, hint) if truncated else ""
     return expressions.apply(env, name or function.name, tuple(values), node.span, diagnostics, hint)
 
 
@@ -276,8 +279,8 @@ def _parameter(
 
 
 def default_argument(parameter: Parameter, named: bool) -> Const | None:
-    """What an input takes that a call leaves out: its declared initial value, if it is a scalar; that of its type
-    in a call by name."""
+    """What an input takes that a call leaves out: its declared initial value, if it is a scalar; that of its
+    type in a call by name."""
     if not is_scalar(parameter.type) or parameter.initial is None and not named:
         return None
     return Const(default(parameter.type) if parameter.initial is None else parameter.initial, parameter.type)

@@ -153,7 +153,8 @@ class Configurator:
         if key in self._programs:
             return True
         pou = self.model.pous.get(key)
-        if any(p.signature.written.upper() == key and p.signature.kind == "FUNCTION_BLOCK" and key in self.model.globals
+        if any(p.signature.written.upper() == key and p.signature.kind == "FUNCTION_BLOCK"
+               and key in self.model.globals
                for p in self.model.pous.values()):
             findings.called_program(self.diagnostics, span, name)
             return False
@@ -180,7 +181,8 @@ class Configurator:
     # ---- ldc.toml ---------------------------------------------------------------------------------
 
     def _sequence(self) -> list[str]:
-        """The PROGRAMs that run when no task names its own: the modules of the project in their order, else all."""
+        """The PROGRAMs that run when no task names its own: the modules of the project in their order, else
+        all."""
         if self.settings.modules:
             return [name for name in self.settings.modules if self._program_known(name, None)]
         return [p.name for p in self._programs.values()]

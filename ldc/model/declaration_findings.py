@@ -40,7 +40,8 @@ def shadowing_name(diagnostics: Diagnostics, span: Span, name: str, why: str) ->
 def own_standard(diagnostics: Diagnostics, span: Span, name: str, what: str, made: str) -> None:
     diagnostics.warning("LD0180", f"`{name}` takes the place of {what}", span,
                         f"is meant wherever the project says it, and called `{made}` in what is compiled",
-                        help="give it a name of its own when the program is to be read by other IEC 61131-3 tools: "
+                        help="give it a name of its own when the program is to be read by other IEC 61131-3 "
+                             "tools: "
                              "some of them refuse it")
 
 
@@ -66,7 +67,8 @@ def bad_bounds(diagnostics: Diagnostics, span: Span, message: str, label: str, h
 
 def too_large(diagnostics: Diagnostics, span: Span, count: int, most: int) -> None:
     shown = f"{count:,}" if count < 10**12 else "so many"
-    _too_large(diagnostics, span, f"a type of {shown} elements is too large", f"at most {most:,} are possible",
+    _too_large(diagnostics, span, f"a type of {shown} elements is too large",
+               f"at most {most:,} are possible",
                "make the array smaller or divide it")
 
 
@@ -102,13 +104,15 @@ def location_not_allowed(diagnostics: Diagnostics, span: Span, name: str, where:
 def no_bounds(diagnostics: Diagnostics, span: Span) -> None:
     """ARRAY [*] where no call gives an array."""
     diagnostics.error("LD0242", "this array has no bounds", span, "no call decides them here",
-                      help="write the bounds, `ARRAY [0..9] OF ...`; `*` stands in parameters of a FUNCTION, and in "
+                      help="write the bounds, `ARRAY [0..9] OF ...`; `*` stands in parameters of a "
+                           "FUNCTION, and in "
                            "VAR_IN_OUT and VAR_INPUT of a FUNCTION_BLOCK")
 
 
 def other_bounds(diagnostics: Diagnostics, span: Span, instance: str, first: Span) -> None:
     """An instance whose calls give arrays of several shapes."""
-    diagnostics.error("LD0243", f"`{instance}` is called with arrays of other bounds", span, "other bounds here",
+    diagnostics.error("LD0243", f"`{instance}` is called with arrays of other bounds", span,
+                      "other bounds here",
                       secondary=[Label(first, "called first here")],
                       help="an instance keeps arrays of one size: declare an instance for each")
 
@@ -117,8 +121,10 @@ def no_place(diagnostics: Diagnostics, span: Span, path: str, address: str, type
     """An address that was left open for VAR_CONFIG, and that nobody completes."""
     diagnostics.warning("LD0238", f"nobody gives `{path}` its address", span,
                         f"AT {address} is open; the variable is in memory",
-                        help="elements of arrays are alike and get none: declare instances with names of their own"
-                        if "[" in path else f"write `VAR_CONFIG {path} AT %{address[1]}... : {type_}; END_VAR`")
+                        help="elements of arrays are alike and get none: declare instances with names of "
+                             "their own"
+                        if "[" in path
+                        else f"write `VAR_CONFIG {path} AT %{address[1]}... : {type_}; END_VAR`")
 
 
 def bad_configured(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str) -> None:
@@ -179,7 +185,8 @@ def unknown_in_configuration(
 
 def called_program(diagnostics: Diagnostics, span: Span | None, name: str) -> None:
     """A task of ldc.toml runs a PROGRAM that others call."""
-    bad_task(diagnostics, span, f"`{name}` is called by other POUs, and runs where it is called", "run by a task",
+    bad_task(diagnostics, span, f"`{name}` is called by other POUs, and runs where it is called",
+             "run by a task",
              "leave it out of the tasks; a CONFIGURATION in the text may run it besides")
 
 
@@ -194,7 +201,8 @@ def circular_constant(diagnostics: Diagnostics, span: Span, name: str) -> None:
 
 def never_run(diagnostics: Diagnostics, span: Span, name: str) -> None:
     diagnostics.warning("LD0223", f"no task runs PROGRAM `{name}`", head(span), "is never executed",
-                        help="add an instance of it to the CONFIGURATION, or it to a task or the modules in ldc.toml")
+                        help="add an instance of it to the CONFIGURATION, or it to a task or the modules in "
+                             "ldc.toml")
 
 
 def bad_safe_value(diagnostics: Diagnostics, path: str, help: str) -> None:

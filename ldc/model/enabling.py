@@ -1,7 +1,7 @@
 """EN and ENO of calls in statements (IEC 61131-3, 2nd edition, 2.5.1.2 and 2.5.2.1a; docs/st.md).
 
-What declares no such pins itself is called when EN is TRUE, and ENO tells whether it was; the ENO of a function
-may also tell that it failed.
+What declares no such pins itself is called when EN is TRUE, and ENO tells whether it was; the ENO of a
+function may also tell that it failed.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ _PINS = ("EN", "ENO")
 
 
 def as_call(env: Environment, node: st.Assign) -> st.Invoke | None:
-    """``y := f(EN := c, a, ENO => ok)`` is ``f(EN := c, a, ENO => ok, OUT => y)``; None for what is not such."""
+    """``y := f(EN := c, a, ENO => ok)`` is ``f(EN := c, a, ENO => ok, OUT => y)``; None for what is not
+    such."""
     call = node.value
     if type(call) is not ast.Call or not any(a.name and a.name.upper() in _PINS for a in call.arguments):
         return None
     signature = env.signature(call.name.upper())
-    if signature.kind != "FUNCTION" if signature is not None else standard_function(call.name.upper()) is None:
+    function = signature.kind == "FUNCTION" if signature is not None else (
+        standard_function(call.name.upper()) is not None)
+    if not function:
         return None
     result = ast.Argument("OUT", node.target, True, node.target.span)
     return st.Invoke(ast.Name(call.name, call.span), (*call.arguments, result), node.span)
@@ -53,8 +56,8 @@ def apart(
 
 
 def guarded(call: actions.Call, enable: Expr | None, told: Place | None) -> tuple[actions.Action, ...]:
-    """The call, made when ``enable`` is TRUE (None: always); ``told`` takes whether it was. Nothing is computed
-    for a call that is not made. A function that is called tells by its own ENO."""
+    """The call, made when ``enable`` is TRUE (None: always); ``told`` takes whether it was. Nothing is
+    computed for a call that is not made. A function that is called tells by its own ENO."""
     own = next((pin.target for pin in call.block.outputs if pin.pin == "ENO"), None)
     made = (call,) if told is None else (call, _tell(told, True, call))
     if enable is None:

@@ -266,7 +266,8 @@ def _short_circuit(
     if found is None:
         return None
     if storage(found.type) != BOOL:
-        findings.no_such_operation(diagnostics, span, f"{name} takes BOOL, not {found.type}", "write AND or OR")
+        findings.no_such_operation(diagnostics, span, f"{name} takes BOOL, not {found.type}",
+                                   "write AND or OR")
         return None
     return Apply(name, found.args, found.type, span)
 
@@ -457,7 +458,8 @@ def _writes(value: Value) -> bool:
 
 def _operation_help(name: str, args: tuple[Value, ...]) -> str:
     if name == "MUL" and _time_last(args):
-        return "write the TIME first, or put one of them into a variable before: both call functions that write"
+        return ("write the TIME first, or put one of them into a variable before: "
+                "both call functions that write")
     types = [a.type for a in args if type(a) not in _UNDECIDED]
     if any(isinstance(t, Instance) for t in types):
         return "name one of the outputs of the block, `instance.pin`"

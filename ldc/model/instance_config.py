@@ -86,8 +86,8 @@ def block_of(type_: ast.TypeExpr) -> str:
 
 
 class _Configuring:
-    """``shared``: POUs (capitals) of which there are instances with nothing of their own, each with the path of
-    one; None while these are looked for. ``plain`` are those that are found."""
+    """``shared``: POUs (capitals) of which there are instances with nothing of their own, each with the path
+    of one; None while these are looked for. ``plain`` are those that are found."""
 
     def __init__(self, project: ast.Project, diagnostics: Diagnostics, written: Iterable[ast.VarDecl],
                  shared: Mapping[str, str] | None) -> None:
@@ -156,7 +156,8 @@ class _Configuring:
             for file in files))
 
     def _without_places(self) -> None:
-        """POUs with open addresses as those instances have them with nothing of their own, or as nobody does."""
+        """POUs with open addresses as those instances have them with nothing of their own, or as nobody
+        does."""
         for key in self.found:  # grows
             if key in self.open and key not in self.own:
                 self.own[key] = self._version(self.pous[key], self.pous[key].name, None, self.plain[key])
@@ -197,13 +198,15 @@ class _Configuring:
     def _globals(
         self, blocks: Iterable[ast.VarBlock], retyped: dict[str, ast.TypeExpr]
     ) -> tuple[ast.VarBlock, ...]:
-        """The global variables, without VAR_CONFIG. ``retyped``: those that are of another type now, with it."""
+        """The global variables, without VAR_CONFIG. ``retyped``: those that are of another type now, with
+        it."""
         made = []
         for block in blocks:
             if block.kind == "VAR_CONFIG":
                 continue
             made.append(self._section(block, self.root, "", False))
-            retyped.update((new.name.upper(), new.type) for old, new in zip(block.variables, made[-1].variables)
+            retyped.update((new.name.upper(), new.type)
+                           for old, new in zip(block.variables, made[-1].variables)
                            if old.type is not new.type)
         return tuple(made)
 
@@ -223,7 +226,8 @@ class _Configuring:
         if self.versions > MOST:
             findings.bad_configured(self.diagnostics, pou.name_span,
                                     f"more than {MOST:,} instances have addresses of their own",
-                                    "one of them", "declare fewer instances of it, or give the addresses in VAR_GLOBAL")
+                                    "one of them",
+                                    "declare fewer instances of it, or give the addresses in VAR_GLOBAL")
             return pou.name
         keeps = self.shared is not None and key not in self.own and key not in self.shared and (
             alone or key in self.open)
@@ -288,7 +292,8 @@ class _Configuring:
         given = self._taken(declared, entry)
         if given is not None and given.location is not None:
             findings.bad_configured(self.diagnostics, given.span,
-                                    f"the address of `{given.name}` is not open", given.location, f"declare it `{declared.name} AT %{given.location[1]}* : "
+                                    f"the address of `{given.name}` is not open", given.location,
+                                    f"declare it `{declared.name} AT %{given.location[1]}* : "
                                     f"{type_text(declared.type)};` in its POU")
         type_ = declared.type
         if block:

@@ -32,8 +32,9 @@ _NUMBERS = {(t.kind, t.bits): t for t in (SINT, INT, DINT, LINT, USINT, UINT, UD
 
 @record
 class Taken:
-    """``args`` with bit strings in place of integers; ``number``: the largest of their types, which the result
-    gets, unless it is a bit string as one of them is (``mixed``); ``told``: an integer is no literal."""
+    """``args`` with bit strings in place of integers; ``number``: the largest of their types, which the
+    result gets, unless it is a bit string as one of them is (``mixed``); ``told``: an integer is no
+    literal."""
 
     args: tuple[Value, ...]
     number: Elementary

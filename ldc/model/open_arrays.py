@@ -1,8 +1,9 @@
-"""Parameters `ARRAY [*] OF type` (IEC 61131-3, 3rd edition, 6.5.3): a POU that has them is declared once for each
-shape of arrays that calls give it, so that all that follows knows arrays with bounds only.
+"""Parameters `ARRAY [*] OF type` (IEC 61131-3, 3rd edition, 6.5.3): a POU that has them is declared once for
+each shape of arrays that calls give it, so that all that follows knows arrays with bounds only.
 
-The first shape keeps the name of the POU, others get their bounds behind it: ``mean``, ``mean_0_9``. An instance of
-a function block has one shape. A POU that nobody calls is compiled for a shape of its own, so that it is checked.
+The first shape keeps the name of the POU, others get their bounds behind it: ``mean``, ``mean_0_9``. An
+instance of a function block has one shape. A POU that nobody calls is compiled for a shape of its own, so
+that it is checked.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from ldc.records import record, replace
 from ldc.source import SourceFile, Span
 from ldc.types import Array, Instance, Type
 
-_PARAMETERS = {"FUNCTION": ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"), "FUNCTION_BLOCK": ("VAR_INPUT", "VAR_IN_OUT")}
+_PARAMETERS = {"FUNCTION": ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"),
+               "FUNCTION_BLOCK": ("VAR_INPUT", "VAR_IN_OUT")}
 
 Bounds = tuple[tuple[int, int], ...]
 Shape = tuple[Bounds, ...]
@@ -53,7 +55,8 @@ def _is_open(type_: ast.TypeExpr) -> bool:
 
 @record
 class _Given:
-    """The shape that an instance is first called with, by which arrays, where, and the function block that it is of."""
+    """The shape that an instance is first called with, by which arrays, where, and the function block that it
+    is of."""
 
     shape: Shape
     arrays: tuple[ast.Expr, ...]
@@ -62,8 +65,8 @@ class _Given:
 
 
 class _Shaping:
-    """``made``: by POU (capitals) the names and trees of its versions, by shape; ``shared``: how global instances
-    are called."""
+    """``made``: by POU (capitals) the names and trees of its versions, by shape; ``shared``: how global
+    instances are called."""
 
     def __init__(self, project: ast.Project, opened: dict[str, ast.Pou], diagnostics: Diagnostics,
                  declared: Callable[[ast.Project], Declared]) -> None:
@@ -94,7 +97,8 @@ class _Shaping:
     def _with(self, change: Callable[[ast.Pou], ast.Pou], files: Sequence[ast.File]) -> ast.Project:
         """The files with the versions that are made by now."""
         return ast.Project(tuple(
-            replace(file, pous=tuple(change(made) for pou in file.pous for made in self._of(pou))) for file in files))
+            replace(file, pous=tuple(change(made) for pou in file.pous for made in self._of(pou)))
+            for file in files))
 
     def _of(self, pou: ast.Pou) -> Sequence[ast.Pou]:
         key = pou.name.upper()
@@ -197,7 +201,8 @@ def _bounded(pou: ast.Pou, name: str, shape: Shape) -> ast.Pou:
 
 
 def _closed(type_: ast.ArrayType, bounds: Bounds) -> ast.ArrayType:
-    made = tuple(tuple(ast.Literal(n, None, str(n), type_.span) for n in given) if written is None else written
+    made = tuple(tuple(ast.Literal(n, None, str(n), type_.span) for n in given) if written is None
+                 else written
                  for written, given in zip(type_.bounds, bounds, strict=True))
     return replace(type_, bounds=made)
 
@@ -207,13 +212,15 @@ def _arrays(pou: ast.Pou, node: ast.Call | statements.Invoke | ast.Block) -> tup
     drawn = isinstance(node, ast.Block)
     inputs = [v for block in pou.var_blocks if block.kind == "VAR_INPUT" for v in block.variables]
     if drawn and pou.kind == "FUNCTION_BLOCK" and node.power_in != "_":
-        power = next((v for v in inputs if isinstance(v.type, ast.NamedType) and (
-            v.type.name.upper() == "BOOL" if node.power_in is None else v.name.upper() == node.power_in.upper())), None)
+        bools = (v for v in inputs if isinstance(v.type, ast.NamedType) and v.type.name.upper() == "BOOL")
+        wanted = node.power_in and node.power_in.upper()
+        power = next((v for v in bools if wanted is None or v.name.upper() == wanted), None)
         inputs = [v for v in inputs if v is not power]
     if not drawn:
         inputs += [v for block in pou.var_blocks if block.kind == "VAR_IN_OUT" for v in block.variables]
     names = iter(v.name for v in inputs)
-    given = {(pin.name or next(names, "")).upper(): pin.value for pin in (node.pins if drawn else node.arguments)}
+    given = {(pin.name or next(names, "")).upper(): pin.value
+             for pin in (node.pins if drawn else node.arguments)}
     return tuple(given.get(parameter.name.upper()) for parameter in _open_in(pou))
 
 
@@ -243,8 +250,8 @@ def _type(node: object, frame: Frame) -> Type | None:
 
 
 def _renamed(tree, names: dict[int, str | ast.Expr]):
-    """Bodies in which the nodes (by identity) name another POU, or are others. Such a body has a text of its own, which is read for
-    the order of calls and for exports."""
+    """Bodies in which the nodes (by identity) name another POU, or are others. Such a body has a text of its
+    own, which is read for the order of calls and for exports."""
     if not names:
         return tree
     spans: list[tuple[Span, str]] = []
@@ -266,7 +273,8 @@ def _renamed(tree, names: dict[int, str | ast.Expr]):
 def _text(body: Span, changed: list[tuple[Span, str]]) -> Span:
     """The text of a body with other words where names are changed; each span begins with the old one."""
     text, pieces, done = body.text, [], 0
-    for at, name in sorted((span.start - body.start, name) for span, name in changed if span.source is body.source):
+    for at, name in sorted((span.start - body.start, name)
+                           for span, name in changed if span.source is body.source):
         word = _WORD.match(text, at) if 0 <= at < len(text) else None
         if word is not None:
             pieces += text[done:at], name
@@ -278,7 +286,8 @@ def _text(body: Span, changed: list[tuple[Span, str]]) -> Span:
 _WORD = Pattern(r"[A-Za-z_]\w*", re.ASCII)
 
 
-def _retyped(blocks: Sequence[ast.VarBlock], types: dict[str, str], kinds: Sequence[str]) -> tuple[ast.VarBlock, ...]:
+def _retyped(blocks: Sequence[ast.VarBlock], types: dict[str, str], kinds: Sequence[str]
+             ) -> tuple[ast.VarBlock, ...]:
     """Declarations in which variables (capitals) are instances of other function blocks."""
     return tuple(replace(block, variables=tuple(
         replace(v, type=_instance(v.type, types[v.name.upper()])) if v.name.upper() in types else v

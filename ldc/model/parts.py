@@ -36,7 +36,8 @@ def is_part(node: ast.Expr) -> bool:
 
 
 def bit(env: Environment, node: ast.Member, type_: Type, diagnostics: Diagnostics) -> BitStep | None:
-    """The bit that ``node`` names of a value of the type, by its number or by a constant; None after an error."""
+    """The bit that ``node`` names of a value of the type, by its number or by a constant; None after an
+    error."""
     base = numbered(type_)
     number = _number(env, node)
     if base is None:

@@ -1,8 +1,8 @@
 """Variables of a program that others reach by its name: ``PLC_PRG.level`` (docs/ladder.md).
 
 The standard keeps programs to themselves (3rd edition, 6.6.1.7); many editors do not. A variable that is
-reached is a global variable with the path as its name, which the program itself uses as VAR_EXTERNAL. For this
-the program must be there once.
+reached is a global variable with the path as its name, which the program itself uses as VAR_EXTERNAL. For
+this the program must be there once.
 """
 
 from __future__ import annotations

@@ -51,7 +51,8 @@ def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: boo
     base = node
     while type(base) is ast.Member or type(base) is ast.Index:
         if parts.is_part(base):
-            findings.bad_bit(diagnostics, base.span, f"the part `{base.name}` is no variable", "a variable is needed here",
+            findings.bad_bit(diagnostics, base.span, f"the part `{base.name}` is no variable",
+                             "a variable is needed here",
                              "parts are read, and assigned to in statements: take a variable between")
             return None
         if type(base) is ast.Member and parts.is_part(base.base):

@@ -1,9 +1,9 @@
 """Programs that are called, and connections of programs, in terms of function blocks (docs/st.md).
 
 Some editors let a POU call a PROGRAM, which has one memory for all callers; the standard connects pins of a
-program where it is put into a task, ``PROGRAM p WITH t : main(x := g, y => h);`` (2nd edition, 2.7.1). Both make
-a function block of the program, with a global instance of the name of the program or of what the task runs; the
-task runs a program that calls it. Addresses in such a program are completed by VAR_CONFIG.
+program where it is put into a task, ``PROGRAM p WITH t : main(x := g, y => h);`` (2nd edition, 2.7.1). Both
+make a function block of the program, with a global instance of the name of the program or of what the task
+runs; the task runs a program that calls it. Addresses in such a program are completed by VAR_CONFIG.
 """
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ from ldc.source import SourceFile, Span
 
 
 def with_blocks(project: ast.Project) -> ast.Project:
-    """The project with a function block for each program that is called or connected; itself when there is none."""
+    """The project with a function block for each program that is called or connected; itself when there is
+    none."""
     programs = {p.name.upper(): p for file in project.files for p in file.pous if p.kind == "PROGRAM"}
     runs = [run for configuration in _configurations(project) for resource in configuration.resources
             for run in resource.programs]
     called = set(_called(project, programs))
     chosen = called | {run.pou.upper() for run in runs if run.connections and run.pou.upper() in programs}
-    return _Blocks(project, {key: programs[key] for key in programs if key in chosen}, called, runs).project() \
-        if chosen else project
+    if not chosen:
+        return project
+    return _Blocks(project, {key: programs[key] for key in programs if key in chosen}, called, runs).project()
 
 
 def _configurations(project: ast.Project) -> list[ast.Configuration]:
@@ -40,8 +42,8 @@ def _configurations(project: ast.Project) -> list[ast.Configuration]:
 
 class _Blocks:
     """``blocks``: the name of the function block that each program becomes; ``instances``: the names of its
-    instances; ``runners``: for each thing that a task runs, the program that it is now; ``reached``: what other POUs
-    name of each instance, in capitals."""
+    instances; ``runners``: for each thing that a task runs, the program that it is now; ``reached``: what
+    other POUs name of each instance, in capitals."""
 
     def __init__(self, project: ast.Project, chosen: Mapping[str, ast.Pou], called: set[str],
                  runs: list[ast.ProgramInstance]) -> None:
@@ -65,7 +67,8 @@ class _Blocks:
             instance = self.instances[key][0] if key in called else run.name
             self.runners[id(run)] = _runner(run, instance, _named(f"{run.name}_run", taken))
 
-        self.reached: dict[str, set[str]] = {name.upper(): set() for names in self.instances.values() for name in names}
+        self.reached: dict[str, set[str]] = {name.upper(): set() for names in self.instances.values()
+                                             for name in names}
         for pou in (pou for file in project.files for pou in file.pous):
             for first, second in paths_in(pou):
                 if first in self.reached and pou.name.upper() != first:
@@ -116,7 +119,8 @@ class _Blocks:
 
     def _configuration(self, node: ast.Configuration) -> ast.Configuration:
         return replace(node, resources=tuple(
-            replace(resource, programs=tuple(map(self._run, resource.programs))) for resource in node.resources))
+            replace(resource, programs=tuple(map(self._run, resource.programs)))
+            for resource in node.resources))
 
     def _run(self, run: ast.ProgramInstance) -> ast.ProgramInstance:
         runner = self.runners.get(id(run))
@@ -158,7 +162,8 @@ def _without_addresses(pou: ast.Pou) -> tuple[ast.Pou, list[ast.VarDecl]]:
         fixed = [v for v in block.variables if v.location is not None and not v.location.endswith("*")]
         located += fixed
         made.append(replace(block, variables=tuple(
-            replace(v, location=f"{v.location[:2]}*") if v in fixed else v for v in block.variables)) if fixed else block)
+            replace(v, location=f"{v.location[:2]}*") if v in fixed else v for v in block.variables))
+            if fixed else block)
     return replace(pou, var_blocks=tuple(made)), located
 
 
@@ -184,10 +189,12 @@ def _hints(text: str, programs: Iterable[str]) -> bool:
     for name in programs:
         at = text.find(name)
         while at >= 0:
-            before, behind = text[max(at - 12, 0) : at].rstrip(), text[at + len(name) : at + len(name) + 40].lstrip()
+            end = at + len(name)
+            before, behind = text[max(at - 12, 0) : at].rstrip(), text[end : end + 40].lstrip()
             if behind[:1] == "(" or before.endswith(("CAL", "CALC", "CALCN")):
                 return True
-            if before.endswith(('TYPENAME="', "TYPENAME='")) and text.startswith("BLOCK", text.rfind("<", 0, at) + 1):
+            tag = text.rfind("<", 0, at) + 1
+            if before.endswith(('TYPENAME="', "TYPENAME='")) and text.startswith("BLOCK", tag):
                 return True
             at = text.find(name, at + 1)
     return False
@@ -195,12 +202,15 @@ def _hints(text: str, programs: Iterable[str]) -> bool:
 
 def _calls(pou: ast.Pou, programs: Mapping[str, object]) -> Iterator[statements.Invoke | ast.Block | str]:
     """The calls of programs in the bodies of a POU; of Instruction List their names."""
-    own = {v.name.upper() for block in pou.var_blocks for v in block.variables if block.kind != "VAR_EXTERNAL"}
+    own = {v.name.upper() for block in pou.var_blocks
+           for v in block.variables if block.kind != "VAR_EXTERNAL"}
     for node in nodes((pou.body, pou.actions)):
         if isinstance(node, ast.TextBody):
             yield from (name for name in _CALLED.findall(node.span.text) if name.upper() in programs)
-        elif isinstance(node, statements.Invoke | ast.Block) and (name := _name(node)) in programs and name not in own:
-            yield node
+        elif isinstance(node, statements.Invoke | ast.Block):
+            name = _name(node)
+            if name in programs and name not in own:
+                yield node
 
 
 _CALLED = Pattern(r"\bCAL(?:C|CN)?\s+(\w+)", re.IGNORECASE)

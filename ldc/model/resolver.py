@@ -165,7 +165,8 @@ class _Resolver:
         node = self._pous.get(key)
         if node is None or key in self.frames:
             return None
-        frame = self.frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals, node.written)
+        frame = self.frames[key] = Frame(self, node.name, node.kind, node.var_blocks, self.globals,
+                                         node.written)
         if key in self._torn:
             frame.broken.add("*")
         variables = frame.build()

@@ -23,8 +23,8 @@ def nodes(tree: object) -> Iterator[object]:
 
 
 def mapped(node, change: Callable):
-    """The tree with its records changed from the leaves on: ``change`` is given a record as it was, and as it is
-    with what is inside of it changed."""
+    """The tree with its records changed from the leaves on: ``change`` is given a record as it was, and as it
+    is with what is inside of it changed."""
     if isinstance(node, tuple | UnreadPaths):
         made = tuple([mapped(part, change) for part in node])
         return node if all(a is b for a, b in zip(made, node, strict=True)) else made

@@ -78,12 +78,15 @@ class _Typing:
         """``word.%B1 := value``."""
         found = parts.part(self.env, node.target, self.diagnostics, write=True)
         wanted = found.type if found is not None else None
-        value = expressions.expression(self.env, node.value, wanted, self.diagnostics, f"`{node.target.span.text}`")
+        value = expressions.expression(self.env, node.value, wanted, self.diagnostics,
+                                       f"`{node.target.span.text}`")
         if found is None or value is None:
             return None
         if parts.calls_in_index(found.place):
-            type_findings.bad_bit(self.diagnostics, node.target.span, "the index of this element calls a function",
-                                  "a part of the element is assigned", "compute the index into a variable before")
+            type_findings.bad_bit(self.diagnostics, node.target.span,
+                                  "the index of this element calls a function",
+                                  "a part of the element is assigned",
+                                  "compute the index into a variable before")
             return None
         self._wrote(found.place)
         return actions.Assign(found.place, parts.assigned(found, value, node.span), node.span)
@@ -254,7 +257,8 @@ class _Typing:
         self.written.update(target.root.upper() for target in self.env.taken[taken:])
         variable = self.env.variable(place.root.upper())
         untouched = self.written.isdisjoint((_ANY, place.root.upper()))
-        free = (untouched and not place.steps and not place.is_global and variable is not None and variable[0].location is None)
+        free = (untouched and not place.steps and not place.is_global and variable is not None
+                and variable[0].location is None)
         self.written |= outer
         if start is None or stop is None or step is None:
             return None
@@ -285,9 +289,11 @@ class _Typing:
         found = expressions.value(self.env, head.stop, number, self.diagnostics)
         if found is None:
             return None
-        own = found.type if type(found) in (Const, Load, Apply) and not isinstance(found.type, Enum) else number
+        typed = type(found) in (Const, Load, Apply) and not isinstance(found.type, Enum)
+        own = found.type if typed else number
         own = unsigned(own) or storage(own)
-        wide = functions.common((number, own)) if isinstance(own, Elementary) and own.kind in _COUNTING else None
+        counts = isinstance(own, Elementary) and own.kind in _COUNTING
+        wide = functions.common((number, own)) if counts else None
         return coerce(found, wide or number, self.diagnostics, head.stop.span, "the end")
 
     def _step(self, head: st.ForHead, base: Elementary) -> tuple[Expr | None, bool]:

@@ -291,7 +291,8 @@ class TypeTable:
         base = storage(known.type)
         if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
             findings.bad_bounds(self._diagnostics, node.span,
-                                f"an enumeration of {known.type} is not possible", "only integers and bit strings have such", "take an integer type")
+                                f"an enumeration of {known.type} is not possible",
+                                "only integers and bit strings have such", "take an integer type")
             return None
         least, greatest = base.range
         for name, number in values:

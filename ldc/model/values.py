@@ -267,8 +267,8 @@ def counting(type_: Enum) -> Elementary:
 
 
 def enumerated(value: Expr, wanted: Type) -> Expr | None:
-    """A value of an enumeration as a number that holds all its values; or a number as a value of one, which is
-    stored as DINT. None when it does not fit, or when neither or both are enumerations."""
+    """A value of an enumeration as a number that holds all its values; or a number as a value of one, which
+    is stored as DINT. None when it does not fit, or when neither or both are enumerations."""
     source, target = value.type, storage(wanted)
     if isinstance(wanted, Enum) == isinstance(source, Enum):
         return None
@@ -276,7 +276,9 @@ def enumerated(value: Expr, wanted: Type) -> Expr | None:
         base = storage(source)
         if not isinstance(base, Elementary) or base.kind not in ("int", "uint", "bits"):
             return None
-        return converted(value, DINT) if base is DINT or functions.widens(base, DINT) else as_number(value, DINT)
+        if base is DINT or functions.widens(base, DINT):
+            return converted(value, DINT)
+        return as_number(value, DINT)
     if not isinstance(target, Elementary) or target.kind not in ("int", "uint", "bits"):
         return None
     least, greatest = (wanted.low, wanted.high) if isinstance(wanted, Subrange) else target.range

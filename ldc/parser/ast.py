@@ -53,7 +53,8 @@ class Direct:
 
 @record
 class Member:
-    """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``), one like ``%B1`` a larger part."""
+    """``base.name``; a decimal ``name`` is a bit of a bit string (``word.15``), one like ``%B1`` a larger
+    part."""
 
     base: Expr
     name: str
@@ -357,8 +358,8 @@ class Task:
 
 @record
 class ProgramInstance:
-    """``PROGRAM name WITH task : pou;``; ``connections``: ``(x := g, y => h)`` behind it, which are made in every
-    execution."""
+    """``PROGRAM name WITH task : pou;``; ``connections``: ``(x := g, y => h)`` behind it, which are made in
+    every execution."""
 
     name: str
     task: str | None
@@ -369,8 +370,8 @@ class ProgramInstance:
 
 @record
 class Resource:
-    """``RESOURCE name ON processor``; a resource is a processor. ``name`` "": tasks and programs that stand in the
-    CONFIGURATION itself."""
+    """``RESOURCE name ON processor``; a resource is a processor. ``name`` "": tasks and programs that stand
+    in the CONFIGURATION itself."""
 
     name: str
     processor: str
@@ -413,8 +414,9 @@ class File:
     """One parsed source. What did not parse is left out (the diagnostics tell).
 
     ``remarks``: of a source in a foreign format, in its order. ``safe``: values that outputs take after a
-    fault, by address or path, where a source says it. ``incomplete``: something that has a name was left out (a declaration, a heading, a rung that is jumped
-    to), so that an unknown name elsewhere may be just a consequence.
+    fault, by address or path, where a source says it. ``incomplete``: something that has a name was left out
+    (a declaration, a heading, a rung that is jumped to), so that an unknown name elsewhere may be just a
+    consequence.
     """
 
     source: SourceFile

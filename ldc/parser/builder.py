@@ -278,7 +278,8 @@ class Builder:
         return ast.Member(base, self.word(name), Span(self.source, base.span.start, self.ends[name]))
 
     def bit(self, values: Values) -> ast.Member:
-        """``word.%X3`` of the 3rd edition is ``word.3``; ``word.%B1`` keeps its name, and may have a bit itself."""
+        """``word.%X3`` of the 3rd edition is ``word.3``; ``word.%B1`` keeps its name, and may have a bit
+        itself."""
         base, _, at = values
         part, _, bit = self.word(at).upper().partition(".")
         if not _PART.fullmatch(part) or bit and (part[1] == "X" or not bit.isdecimal()):

@@ -1,8 +1,7 @@
 """The body of a POU that is a sequential function chart: its words cut into steps, transitions and actions.
 
-The body of an action is a ladder when it begins with RUNG, a list when it begins as one, statements otherwise, in .ld
-and .st files alike.
-A part that is wrong gives its findings and is left out.
+The body of an action is a ladder when it begins with RUNG, a list when it begins as one, statements
+otherwise, in .ld and .st files alike. A part that is wrong gives its findings and is left out.
 """
 
 from __future__ import annotations

@@ -34,7 +34,8 @@ class FileBuilder(Builder):
     def edges(self, values: Values) -> list[ast.VarDecl]:
         names, _, kind, edge, last = values
         type_, group = self.named_type([kind]), self.span(names[0], last)
-        return [ast.VarDecl(self.declared(n), None, type_, None, self.span(n, n), group, None, self.types[edge])
+        return [ast.VarDecl(self.declared(n), None, type_, None, self.span(n, n), group, None,
+                            self.types[edge])
                 for n in names]
 
     def located(self, values: Values) -> list[ast.VarDecl]:
@@ -180,7 +181,8 @@ class FileBuilder(Builder):
         head, _, pou = values[:3]
         task = self.word(head[3]) if len(head) == 4 else None
         connections = tuple(values[4]) if len(values) > 4 else ()
-        return ast.ProgramInstance(self.declared(head[1]), task, self.word(pou), self.span(head[0], values[-1]),
+        return ast.ProgramInstance(self.declared(head[1]), task, self.word(pou),
+                                   self.span(head[0], values[-1]),
                                    connections)
 
     def program_head(self, values: Values) -> Values:

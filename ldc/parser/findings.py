@@ -88,7 +88,8 @@ class Findings:
         self.syntax(self.tokens.point(index), f"expected {wanted}, found {found}", f"not {wanted}", help)
 
     def character(self, span: Span, meant: str = "") -> None:
-        """A character that no token has; control characters are shown by their code. ``meant``: what to write for it."""
+        """A character that no token has; control characters are shown by their code. ``meant``: what to write
+        for it."""
         first = span.text[0]
         shown = f"`{first}`" if first.isprintable() else f"U+{ord(first):04X}"
         if ord(first) > 127 and first.isprintable():
@@ -148,7 +149,8 @@ class Findings:
                  f"this one is level {MAX_DEPTH + 1}", "take parts out: into variables, rungs or functions")
 
     def too_long(self, index: int, what: str, limit: int, of: str) -> None:
-        self._too_long(what, limit, of, self.tokens.point(index), f"number {limit + 1:,} stands here", "split it")
+        self._too_long(what, limit, of, self.tokens.point(index), f"number {limit + 1:,} stands here",
+                       "split it")
 
     def readable(self) -> None:
         """Raises TooMany, and tells it, when there are more tokens than a file may have."""
@@ -161,7 +163,8 @@ class Findings:
             self._endless(index, MAX_STATEMENTS, "statements")
 
     def _endless(self, index: int, limit: int, of: str) -> None:
-        self._too_long("the file", limit, of, self.tokens.point(index), "from here on it is not read", "split it")
+        self._too_long("the file", limit, of, self.tokens.point(index), "from here on it is not read",
+                       "split it")
         raise TooMany
 
     def long_word(self, index: int) -> None:
@@ -229,7 +232,8 @@ class Findings:
                  "each of them at most once; other pins go into the parentheses")
 
     def no_range(self, index: int) -> None:
-        self.syntax(self.tokens.point(index), f"expected the bounds of an array, found {self.shown(index)}", "no bounds",
+        self.syntax(self.tokens.point(index), f"expected the bounds of an array, found {self.shown(index)}",
+                    "no bounds",
                     "write `0..9`, or `*` in a parameter that takes arrays of any size")
 
     def length_of(self, index: int) -> None:

@@ -239,7 +239,8 @@ class _Printer:
         inner = indent + INDENT
         self.above(rung.span.start, indent)
         first = rung.paths[0].items[0].span.start
-        self.lines.append(indent + unparse.rung_head(rung) + trailing_text(self._beside_head(rung.span.start, first)))
+        beside = trailing_text(self._beside_head(rung.span.start, first))
+        self.lines.append(indent + unparse.rung_head(rung) + beside)
         for number, path in enumerate(rung.paths, 1):
             last = number == len(rung.paths)
             lead = layout.comment_atoms(self.comments.before(path.span.start), self.comments, first=True)
@@ -271,7 +272,8 @@ class _Printer:
         self.line(f"CONFIGURATION {configuration.name}", self.tokens.ends[start + 1], opens=True)
         own = [r for r in configuration.resources if not r.name]
         lines = ((*r.tasks, *r.programs) for r in own)
-        for part in _ordered(configuration.var_blocks, (r for r in configuration.resources if r.name), *lines):
+        for part in _ordered(configuration.var_blocks, (r for r in configuration.resources if r.name),
+                             *lines):
             self.above(part.span.start, INDENT)
             if isinstance(part, ast.Resource):
                 self._resource(part)

@@ -72,7 +72,8 @@ def not_as_named(source: SourceFile, promised: tuple[Format, ...], diagnostics: 
     """A file that begins otherwise than files of its name do (LD0609): nothing of it is read."""
     names = " or ".join(f.name for f in promised)
     at = len(source.text) - len(source.text.lstrip())
-    diagnostics.error("LD0609", f"this is no file of {names}", Span(source, at, min(at + 1, len(source.text))),
+    diagnostics.error("LD0609", f"this is no file of {names}",
+                      Span(source, at, min(at + 1, len(source.text))),
                       "not how such a file begins",
                       help=f"save it again in {names}, or give it the ending of what it is")
     return ast.File(source, (), (), (), (), (), True)

@@ -49,7 +49,8 @@ _OPERATORS = {op: "BINOP" for op in ("**", "<=", ">=", "<>", "&", "*")}
 _MODIFIERS = frozenset("PNSRpnsr")
 _STRING = r"'(?>(?:[^'$\n]++|\$[^\n])*)'"
 _TEXT = r'"(?>(?:[^"$\n]++|\$[^\n])*)"'
-# OpenPLC appends C for its debugger, a line in each comment, which `*)` of a cast seems to end: lines go whole there.
+# OpenPLC appends C for its debugger, a line in each comment, which `*)` of a cast seems to end: lines go
+# whole there.
 _DEBUG = r"(?<![^\n])\(\*DBG:[^\n]*\*\)[ \t\r]*(?=\n|\Z)"
 _SCAN = Pattern(
     rf"""
@@ -114,8 +115,9 @@ def lex(source: SourceFile, start: int = 0, end: int | None = None, statements: 
     """The tokens of a text, or of a part of it (offsets stay those of the whole). ``statements``: it holds
     some, ended by ``;``, whatever the path says.
 
-    A file far above the limit ends there (its reader tells). A rung or declaration is cut there: it is wrong already, and the rest of it may be
-    many megabytes. Scanning goes on at the next word that begins or ends something.
+    A file far above the limit ends there (its reader tells). A rung or declaration is cut there: it is wrong
+    already, and the rest of it may be many megabytes. Scanning goes on at the next word that begins or ends
+    something.
     """
     end = len(source.text) if end is None else end
     columns = Tokens(source, [], [], [], [])

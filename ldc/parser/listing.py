@@ -1,7 +1,7 @@
 """Which bodies of a text file are Instruction List: those that begin as no statement can.
 
-It is text with bodies in several languages, as the generators of Beremiz and OpenPLC write it: one file, whose
-POUs, actions and transitions are statements or lists.
+It is text with bodies in several languages, as the generators of Beremiz and OpenPLC write it: one file,
+whose POUs, actions and transitions are statements or lists.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ _OF_STATEMENTS = frozenset((":=", ".", "[", "(", ";", "=>"))
 
 
 def is_list(tokens: Tokens, first: int, end: int) -> bool:
-    """Whether the tokens ``first`` to ``end`` (exclusive) are instructions (IEC 61131-3, 2nd edition, 3.2), as far
-    as the first one tells; a label may stand before it."""
+    """Whether the tokens ``first`` to ``end`` (exclusive) are instructions (IEC 61131-3, 2nd edition, 3.2),
+    as far as the first one tells; a label may stand before it."""
     kinds = tokens.types[first:min(end, first + 5)]
     if kinds[:2] == ["NAME", ":"]:
         first, kinds = first + 2, kinds[2:]

@@ -9,7 +9,8 @@ from ldc.parser import ast
 from ldc.source import Span
 
 PRECEDENCE = {
-    "OR": 1, "OR_ELSE": 1, "XOR": 2, "AND": 3, "AND_THEN": 3, "=": 4, "<>": 4, "<": 5, ">": 5, "<=": 5, ">=": 5,
+    "OR": 1, "OR_ELSE": 1, "XOR": 2, "AND": 3, "AND_THEN": 3, "=": 4, "<>": 4, "<": 5, ">": 5, "<=": 5,
+    ">=": 5,
     "+": 6, "-": 6, "*": 7, "/": 7, "MOD": 7, "**": 8,
 }
 UNARY = 9

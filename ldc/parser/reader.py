@@ -29,8 +29,8 @@ _LANGUAGES = {".st": "ST", ".il": "IL"}
 
 
 def parse_file(source: SourceFile, diagnostics: Diagnostics, heads: Heads | None = None) -> ast.File:
-    """What a source says; what cannot be read is left out and told (codes LD01xx). ``heads``: of rungs that were
-    read before, which are not read again.
+    """What a source says; what cannot be read is left out and told (codes LD01xx). ``heads``: of rungs that
+    were read before, which are not read again.
 
     The ending of the path decides about bodies: ``.st`` and ``.il`` hold text, any other ladders. A body in a
     ``.st`` file that begins as a list is one.
@@ -53,7 +53,8 @@ def parse_expression(source: SourceFile, start: int, end: int, diagnostics: Diag
 
 
 def parse_type(source: SourceFile, start: int, end: int, diagnostics: Diagnostics) -> ast.TypeExpr | None:
-    """The type that the characters ``start`` to ``end`` of a source name: ``REAL``, ``ARRAY [0..9] OF INT``."""
+    """The type that the characters ``start`` to ``end`` of a source name: ``REAL``, ``ARRAY [0..9] OF
+    INT``."""
     tokens = lex(source, start, end)
     return Units(tokens, diagnostics).parse("single_type", 0, len(tokens.types), "type")
 
@@ -163,7 +164,8 @@ class Reader:
 
     def _missing(self, end: str, opening: int) -> None:
         """Report it, unless an open comment has swallowed it (that is told where it is)."""
-        if self.at < len(self.types) or self.types[-1] != BAD or not self.tokens.text(-1).startswith(("(*", "/*")):
+        if self.at < len(self.types) or self.types[-1] != BAD or not (
+                self.tokens.text(-1).startswith(("(*", "/*"))):
             self.findings.missing_end(end, opening, self.at, self._found())
 
     # ---- declarations
@@ -180,7 +182,8 @@ class Reader:
         return ast.VarBlock(kind, qualifiers, variables, self.tokens.span(first, self.at - 1))
 
     def _qualifier(self, at: int) -> bool:
-        """Whether a token qualifies the section. PERSISTENT is no keyword: it stands before a name or END_VAR."""
+        """Whether a token qualifies the section. PERSISTENT is no keyword: it stands before a name or
+        END_VAR."""
         kinds = self.types[at : at + 2]
         if kinds[:1] != ["NAME"]:
             return bool(kinds) and kinds[0] in QUALIFIERS

@@ -21,7 +21,8 @@ from ldc.records import entity
 _FORMAT = "2"
 STARTS = ("rung", "single_expression", "single_type", "single_initial", "statement", "for_head",
           "case_labels", "var_line", "config_line", "type_line", "pou_head", "configuration_head",
-          "resource_head", "task_line", "program_line", "step_head", "action_head", "association", "transition")
+          "resource_head", "task_line", "program_line", "step_head", "action_head", "association",
+          "transition")
 END = "$END"
 
 

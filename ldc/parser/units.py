@@ -174,7 +174,8 @@ class Units:
         head = span.source.text[span.start : span.start + 2]
         if head[0] == "^":
             # What is a pointer is followed by no value.
-            raised = self.types[index + 1 : index + 2] in (["NAME"], ["INTEGER"], ["NUMBER"], ["LITERAL"], ["("])
+            raised = self.types[index + 1 : index + 2] in (
+                ["NAME"], ["INTEGER"], ["NUMBER"], ["LITERAL"], ["("])
             self.findings.beyond(index, "^ value" if raised else "^")
         elif head in ("(*", "/*"):
             self.findings.open_comment(span.start)

@@ -30,7 +30,8 @@ def ending(pou: ast.Pou) -> str:
     inside = bodies(pou.body) if isinstance(pou.body, SfcBody) else (pou.body,)
     if any(isinstance(body, ast.LadderBody) for body in inside):
         return ".ld"
-    listed = not isinstance(pou.body, SfcBody) and all(isinstance(body, ast.TextBody) for body in parts_of(pou))
+    listed = not isinstance(pou.body, SfcBody) and all(isinstance(body, ast.TextBody)
+                                                       for body in parts_of(pou))
     return ".il" if listed else ".st"
 
 
@@ -48,16 +49,18 @@ def written(parts: Iterable[Part], path: str, diagnostics: Diagnostics) -> ast.F
 
 
 def _has_text(pou: ast.Pou, diagnostics: Diagnostics) -> bool:
-    """Whether a text file can hold the POU: bodies in Instruction List among others have to begin as no statement
-    does, and stand in no ladder."""
+    """Whether a text file can hold the POU: bodies in Instruction List among others have to begin as no
+    statement does, and stand in no ladder."""
     if ending(pou) == ".il":
         return True
     for body in parts_of(pou):
         if isinstance(body, ast.TextBody) and not _told(body):
             diagnostics.error(
-                "LD0154", f"`{pou.name}` has a body in Instruction List that begins like a statement", body.span,
+                "LD0154", f"`{pou.name}` has a body in Instruction List that begins like a statement",
+                body.span,
                 "no text file holds this beside bodies in other languages",
-                help="begin it with LD, write it in Structured Text or as a ladder; as it is, the file compiles "
+                help="begin it with LD, write it in Structured Text or as a ladder; as it is, the file "
+                     "compiles "
                      "without import")
             return False
     return True

@@ -33,8 +33,8 @@ class Code:
 
 
 class Library:
-    """The loaded code. ``run(memory, n)`` executes program instance n; not 0: a fault is in the memory. Code of
-    a program that takes time has ``step(memory, n, pace)`` instead: one piece, where ``pace`` stands."""
+    """The loaded code. ``run(memory, n)`` executes program instance n; not 0: a fault is in the memory. Code
+    of a program that takes time has ``step(memory, n, pace)`` instead: one piece, where ``pace`` stands."""
 
     def __init__(self, code: Code) -> None:
         """Raises OSError when the file cannot be loaded, WrongLibrary when it is not of this program."""

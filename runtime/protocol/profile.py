@@ -145,6 +145,7 @@ class Link:
         scripts = {"opening": p.opening, "closing": p.closing, "withdraw": WITHDRAW,
                    "answered": p.answered, "rest": p.rest, "scrub": SCRUB}
         bound = {n: tuple((kind, getattr(c, flag)) for kind, flag in s) for n, s in scripts.items()}
-        bound |= {"answer": (c.ack, c.nack), "quiet": (c.ack, c.nack, c.busy), "released": tuple(getattr(c, f) for f in p.released)}
+        bound |= {"answer": (c.ack, c.nack), "quiet": (c.ack, c.nack, c.busy),
+                  "released": tuple(getattr(c, f) for f in p.released)}
         for name, value in bound.items():
             object.__setattr__(self, name, value)

@@ -9,8 +9,8 @@ from runtime.realtime.lateness import Lateness
 
 
 class Pace:
-    """Period n begins ``start_ns + n * period_ns`` on ``time.monotonic_ns``, the first one at the ``start_ns``
-    that ``begin`` is given.
+    """Period n begins ``start_ns + n * period_ns`` on ``time.monotonic_ns``, the first one at the
+    ``start_ns`` that ``begin`` is given.
 
     ``now_ns``: the time since ``start_ns`` at which the period that runs was to begin. It is what a processor
     takes for the time, so that work that is due in every period is not passed over because one period begins

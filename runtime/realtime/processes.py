@@ -59,8 +59,9 @@ def adopt() -> None:
 
 def start(name: str, work: Callable[[], int], parent: int | None = None) -> Child:
     """A process that does the work and ends with its status, 3 when it raises, 130 for KeyboardInterrupt;
-    `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. Interrupts and SIGTERM,
-    which come to all processes of a terminal or a service, are left to the parent. ``parent``: who adopts it, when this process ends at once."""
+    `ps` and `top` show it as `ldc NAME`. It is forked: no other thread may run. Interrupts and SIGTERM, which
+    come to all processes of a terminal or a service, are left to the parent. ``parent``: who adopts it, when
+    this process ends at once."""
     sys.stdout.flush()
     sys.stderr.flush()
     maker = os.getpid()
@@ -86,8 +87,8 @@ def start(name: str, work: Callable[[], int], parent: int | None = None) -> Chil
 
 
 def finish(children: Sequence[Child], beat: Callable[[], None], seconds: float = 1.0) -> None:
-    """Waits for processes that were told to end, and ends those that do not. ``beat`` is called meanwhile: who
-    waits does not hang."""
+    """Waits for processes that were told to end, and ends those that do not. ``beat`` is called meanwhile:
+    who waits does not hang."""
     end = time.monotonic() + seconds
     while any(child.look() is None for child in children) and time.monotonic() < end:
         beat()

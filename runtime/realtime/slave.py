@@ -27,8 +27,8 @@ def run_slave(part: SlavePart, board: Board, number: int, pace: Pace, patience_n
               anew: bool = False, watchdog_ns: int | None = None) -> None:
     """Emergency before communication before algorithms, as their levels are. ``number``: of the process.
     ``patience_ns``: after as long without a period the master has given this slave up. ``anew``: it takes the
-    place of one that was lost, and is there when its master knows that. ``watchdog_ns``: what the algorithms of a period
-    may take of real time; longer is a fault, as soon as they have ended."""
+    place of one that was lost, and is there when its master knows that. ``watchdog_ns``: what the algorithms
+    of a period may take of real time; longer is a fault, as soon as they have ended."""
     _begin(board, number, pace)
     emergencies, saves, keeps = board.emergencies, board.saves, board.keeps(number)
     if anew:

@@ -59,7 +59,8 @@ class Spare:
         return {number: Child(self._names[number], pid) for number, pid in _BORN.iter_unpack(told)}
 
     def close(self, beat: Callable[[], None]) -> dict[int, Child]:
-        """No further ones; those that are there by now and were not told yet. ``beat`` is called meanwhile."""
+        """No further ones; those that are there by now and were not told yet. ``beat`` is called
+        meanwhile."""
         os.close(self._orders)
         processes.finish([self.child], beat)
         last = self.made()

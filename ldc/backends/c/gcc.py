@@ -72,9 +72,10 @@ def cache_folder() -> Path:
     return Path(base) / "ldc" / "native"
 
 
-def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache: Path | None = None) -> Artifact:
-    """The shared object of a plan, in ``folder`` (None: in the cache). Raises CompilerFailed, and OSError when
-    a folder cannot be written."""
+def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache: Path | None = None
+          ) -> Artifact:
+    """The shared object of a plan, in ``folder`` (None: in the cache). Raises CompilerFailed, and OSError
+    when a folder cannot be written."""
     cache = cache_folder() if cache is None else cache
     target = (cache if folder is None else folder) / f"program-{_name(plan.digest, compiler)[:16]}.so"
     objects, missing = compiled(plan.files, {HEADER: plan.header}, plan.flags, compiler, cache)
@@ -91,9 +92,9 @@ def build(plan: BuildPlan, compiler: Compiler, folder: Path | None = None, cache
 
 def compiled(files: Sequence[File], headers: Mapping[str, str], flags: Sequence[str], compiler: Compiler,
              cache: Path) -> tuple[list[Path], tuple[str, ...]]:
-    """The objects of files in their order, and the names of those that the compiler ran for. ``headers``: what
-    they include, by name; the digests of files cover it. Raises CompilerFailed, and OSError when the cache cannot
-    be written."""
+    """The objects of files in their order, and the names of those that the compiler ran for. ``headers``:
+    what they include, by name; the digests of files cover it. Raises CompilerFailed, and OSError when the
+    cache cannot be written."""
     cache.mkdir(parents=True, exist_ok=True)
     objects = {file: cache / f"{_name(file.digest, compiler)}.o" for file in files}
     missing = [file for file, path in objects.items() if not toolchain.touched(path)]
@@ -123,7 +124,8 @@ def _compile(compiler: Compiler, flags: Sequence[str], file: File, headers: Path
 def run(command: Sequence[str], text: str = "") -> str:
     """What a compiler or a tool of it prints on ``text``. Raises CompilerFailed."""
     try:
-        done = subprocess.run(command, input=text, capture_output=True, text=True, check=False, errors="replace")
+        done = subprocess.run(command, input=text, capture_output=True, text=True, check=False,
+                              errors="replace")
     except OSError as error:
         raise CompilerFailed(os.path.basename(command[0]), str(error)) from error
     if done.returncode:

@@ -126,7 +126,8 @@ class Names:
         if is_global or self._variables[upper].kind == "external":
             if upper in INTRINSIC:
                 now = upper == "%NOW"
-                return Address("m", _NOW, TIME, "now") if now else Address("m", _FIRST_SCAN, BOOL, "first_scan")
+                return (Address("m", _NOW, TIME, "now") if now
+                        else Address("m", _FIRST_SCAN, BOOL, "first_scan"))
             if root[0] == "%":
                 spot, name = self.block.direct(root), "a_" + c_name(root[1:].replace(".", "_"))
             else:

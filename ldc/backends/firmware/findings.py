@@ -63,7 +63,8 @@ def no_end(diagnostics: Diagnostics, board: str, seconds: float) -> None:
 def trap(diagnostics: Diagnostics, board: str, status: int, pc: int, where: str | None) -> None:
     place = f" at {where}" if where else f" at address {pc:#010x}" if pc else ""
     message = f"the processor of `{board}` stopped by a fault of its own{place}: {_meaning(status)}"
-    diagnostics.error("LD0644", message, None, help="a component that writes outside of its memory does this, or "
+    diagnostics.error("LD0644", message, None,
+                      help="a component that writes outside of its memory does this, or "
                       "too deep a call: `stack` in the board file")
 
 

@@ -92,7 +92,8 @@ def plan(memory: Block, board: Board, period: int, tasks: Iterable[TaskPlan], na
                     shared, more)
     images = (master,)
     if remotes:
-        own = [*((name, _ROOM.read(name)) for name in _LINK), ("remotes.c", remote.tables(remotes, True, steps)),
+        own = [*((name, _ROOM.read(name)) for name in _LINK),
+               ("remotes.c", remote.tables(remotes, True, steps)),
                *_board(board, shared, slave=True, components=False)]
         images += (_image("slave1", board, board.second.flash, board.second.ram, (code.header, ()), own,
                           remote_parts, (*flags, "-DLDC_SLAVE"), shared),)

@@ -19,7 +19,8 @@ _ENVELOPE, _HEAD = 20, 8
 
 def tables(remotes: Sequence[tuple[int, Native]], serves: bool, steps: Mapping[int, int]) -> str:
     """The C file with ``ldc_remotes``; the slave (``serves``) has the code, the master calls it by
-    ``ldc_call``. ``steps``: by the number of a component the microseconds of the steps that a call goes in."""
+    ``ldc_call``. ``steps``: by the number of a component the microseconds of the steps that a call goes
+    in."""
     lines = ["#include <stdbool.h>", "#include <stddef.h>", '#include "link.h"', ""]
     rows = []
     for at, (number, native) in enumerate(remotes):

@@ -19,7 +19,8 @@ _QUALIFIERS = {"CONSTANT": "constant", "RETAIN": "retain", "NON_RETAIN": "nonret
 _SHORT = {"DATE_AND_TIME": "DT", "TIME_OF_DAY": "TOD", "STRING": "string", "WSTRING": "wstring"}
 
 Notes = Mapping[tuple[str, int], str]
-"""What is said about a variable, a member or a type, by the path of its file and the offset of its name there."""
+"""What is said about a variable, a member or a type, by the path of its file and the offset of its name
+there."""
 
 
 def section(parent: Element, block: ast.VarBlock, notes: Notes) -> None:

@@ -56,7 +56,8 @@ def _resource(parent: Element, resource: Resource, blocks: Sequence[ast.VarBlock
         for run in resource.runs:
             if run.task.upper() == task.name.upper():
                 signature = model.pous[run.pou].signature
-                _keep(*_named(row, "pouInstance", run.name, taken, typeName=signature.written or signature.name))
+                _keep(*_named(row, "pouInstance", run.name, taken,
+                              typeName=signature.written or signature.name))
         _keep(row, changed)
     for block in blocks:
         section(made, block, notes)

@@ -130,7 +130,8 @@ def _notes(file: ast.File) -> dict[tuple[str, int], str]:
         variables += declared.type.fields if structure else ()
     ends += [(variable, variable.group_span.end) for variable in variables]
     lines = ((declared, position(max(end - 1, 0))[0]) for declared, end in ends)
-    return {(file.source.path, declared.span.start): by_line[line] for declared, line in lines if line in by_line}
+    return {(file.source.path, declared.span.start): by_line[line]
+            for declared, line in lines if line in by_line}
 
 
 def _keep_rungs(root: Element, drawn: Sequence[Body]) -> None:

@@ -106,7 +106,8 @@ class _Writer:
         self._loops(blocks)
         if ("system",) in variables.found:
             variables.used = main.used
-            called = f"<{variables.system(self.head)}: {variables.supporting('system')}(SCAN := {self.settings.period})>"
+            block = variables.supporting("system")
+            called = f"<{variables.system(self.head)}: {block}(SCAN := {self.settings.period})>"
             main.rungs.insert(0, ast.Rung(
                 None, None, (fragments.path(fragments.items(called, self.head), self.head),), self.head))
         everything = [v for v in variables.found.values() if v.name]

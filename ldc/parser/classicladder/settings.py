@@ -114,7 +114,8 @@ def settings(reading: Reading, parts: dict[str, Part]) -> Settings:
 
 
 def _table(reading: Reading, name: str, part: Part) -> dict[int, Preset]:
-    """Rows follow each other, or begin with their names (``T3,1,10``); then rows without a preset are not there."""
+    """Rows follow each other, or begin with their names (``T3,1,10``); then rows without a preset are not
+    there."""
     rows: dict[int, Preset] = {}
     for line in part.written:
         named = _NAMED.match(line.text)
@@ -162,7 +163,8 @@ def _sections(reading: Reading, part: Part) -> list[Section]:
 
 
 def _expressions(part: Part) -> dict[int, Line]:
-    """By number: named by it since version 2, one a line before. What has no number follows the line before."""
+    """By number: named by it since version 2, one a line before. What has no number follows the line
+    before."""
     found: dict[int, Line] = {}
     number = 0
     for line in part.lines:
