@@ -25,11 +25,18 @@ VAR_OUTPUT out : BOOL; END_VAR
 VAR_EXTERNAL g : BOOL; END_VAR
 RUNG { [go] | [out] [/go] [g] } (out)
 END_FUNCTION_BLOCK
+FUNCTION_BLOCK scale
+VAR_INPUT go : BOOL; factor : INT; END_VAR
+VAR_OUTPUT out : BOOL; END_VAR
+RUNG [go] (out)
+END_FUNCTION_BLOCK
 PROGRAM p
 VAR
     a, b, c, d, q, z : BOOL;
     t, u : TON;
+    n : CTU;
     l, m : latch;
+    s : scale;
     v, w : pair;
     i, j : INT;
     bits, more : WORD;
@@ -64,6 +71,9 @@ SAME = {
     "where_it_is_kept": ("[a] [b] (q)", "[x0] [g] (y0)"),
     "direct_addresses": ("[%IX4.0] [%IX4.1] (q)", "[a] [%MX0.3] (%QX7.7)"),
     "instances": ("[a] <t: TON(PT := T#1s)> (q)", "[b] <u: TON(PT := T#1s)> (z)"),
+    "presets": ("[a] <t: TON(PT := T#1s)> <n: CTU(PV := 3)> (q)", "[a] <t: TON(PT := T#2s)> <n: CTU(PV := 4)> (q)"),
+    "presets_alike": ("[a] <t: TON(PT := T#1s)> <u: TON(PT := T#1s)> (q)",
+                      "[a] <t: TON(PT := T#3s)> <u: TON(PT := T#3s)> (q)"),
     "members": ("[v.x] (q)", "[w.x] (z)"),
     "bits": ("[bits.3] (more.4)", "[more.3] (bits.4)"),
     "edges": ("[P a] (P q)", "[P b] (P z)"),
@@ -81,7 +91,13 @@ DIFFERENT = {
     "coil": ("[a] (S q)", "[a] (R q)"),
     "wiring": ("{ [a] | [b] } [c] (q)", "{ [a] | [b] [c] } (q)"),
     "constant": ("[TRUE] (q)", "[FALSE] (q)"),
-    "preset": ("[a] <t: TON(PT := T#1s)> (q)", "[a] <t: TON(PT := T#2s)> (q)"),
+    "preset_of_zero": ("[a] <t: TON(PT := T#1s)> (q)", "[a] <t: TON(PT := T#0s)> (q)"),
+    "presets_alike": ("[a] <t: TON(PT := T#1s)> <u: TON(PT := T#1s)> (q)",
+                      "[a] <t: TON(PT := T#1s)> <u: TON(PT := T#2s)> (q)"),
+    "constant_of_a_function": ("[a] <ADD(IN1 := i, IN2 := 1, OUT => i)>", "[a] <ADD(IN1 := i, IN2 := 2, OUT => i)>"),
+    "preset_beside_a_function": ("[a] <n: CTU(PV := 1)> <ADD(IN1 := i, IN2 := 1, OUT => i)>",
+                                 "[a] <n: CTU(PV := 2)> <ADD(IN1 := i, IN2 := 1, OUT => i)>"),
+    "constant_of_a_called_block": ("[a] <s: scale(factor := 1)>", "[a] <s: scale(factor := 2)>"),
     "block": ("[a] <t: TON(PT := T#1s)> (q)", "[a] <l: latch()> (q)"),
     "member": ("[v.x] (q)", "[v.y] (q)"),
     "bit": ("[bits.3] (q)", "[bits.4] (q)"),
@@ -123,7 +139,7 @@ def test_the_second_rung_of_a_shape_is_not_proved_again(name: str, monkeypatch) 
     monkeypatch.setattr(pipeline.rungs, "verify", lambda *args: calls.append(args) or verify(*args))
     builds = compiled(*SAME[name]).units["p"]
     assert [(build.verdict.kind, build.code.proof) for build in builds] == [("proof", "proof")] * 2
-    assert len(calls) == 2, "one for the block, one for both rungs"
+    assert len(calls) == 3, "one for each block, one for both rungs"
 
 
 RUNGS = (*(rung for pair in (*SAME.values(), *DIFFERENT.values()) for rung in pair), *ALONE.values())
@@ -170,7 +186,7 @@ def test_the_image_of_all_examples_is_that_of_each_by_itself() -> None:
 FAMILIES = {
     "contacts": ("{ [a] | [/b] } [c] (q)", "{ [/d] | [b] } [/c] (q)"),
     "inputs": ("[x0] [/b] (y0)", "[/x0] [b] (q)"),
-    "a constant": ("[a] <t: TON(PT := T#1s)> (q)", "[/a] <u: TON(PT := T#2s)> (q)"),
+    "and a constant": ("[a] <t: TON(PT := T#1s)> (q)", "[/a] <u: TON(PT := T#2s)> (q)"),
     "pins": ("[a] <t: TON(PT := T#1s)> [/t.Q] (q)", "[/b] <t: TON(PT := T#3s)> [/t.Q] (q)"),
 }
 NO_FAMILIES = {
@@ -191,7 +207,7 @@ def compared(rungs: tuple[str, ...], monkeypatch) -> list[bool]:
     verify = pipeline.rungs.verify
     monkeypatch.setattr(pipeline.rungs, "verify", lambda *args: trees.append(args[3] is not None) or verify(*args))
     assert [build.verdict.kind for build in compiled(*rungs).units["p"]] == ["proof"] * len(rungs)
-    return trees[1:]
+    return trees[2:]
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -214,7 +230,7 @@ def test_a_wrong_tree_is_no_example_for_its_family(monkeypatch) -> None:
     text = DECLARATIONS + "RUNG [a] [b] (q)\nRUNG [/c] [d] (z)\nEND_PROGRAM\n"
     result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
     found = [d.message for d in result.diagnostics if "self-check" in str(d.primary)]
-    assert len(found) == 3 and all("the tree of this rung" in message for message in found)
+    assert len(found) == 4 and all("the tree of this rung" in message for message in found)
 
 
 def test_a_name_put_in_the_wrong_place_is_noticed(monkeypatch) -> None:
@@ -237,7 +253,7 @@ def test_a_wrong_rung_is_no_example_for_others(monkeypatch) -> None:
     text = DECLARATIONS + "RUNG [a] [b] (q)\nRUNG [c] [d] (z)\nEND_PROGRAM\n"
     result = pipeline.compile_project(Sources((SourceFile("p.ld", text),), Settings(), None))
     found = [d.code for d in result.diagnostics if "self-check" in str(d.primary)]
-    assert found == ["LD0901"] * 3, "the block's rung and both of the program"
+    assert found == ["LD0901"] * 4, "those of the blocks and both of the program"
 
 
 def test_every_slip_in_an_operand_makes_another_code() -> None:

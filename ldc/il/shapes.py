@@ -1,10 +1,11 @@
 """Rungs of equal shape are compiled and proved once.
 
 Two rungs have the same shape when they differ in nothing but names: which variables (and bits of the process
-image) they use, not in how often and where each of them occurs. Reduction, lowering and self-check ask about
-variables only whether two are the same, so what they give for one rung they give for the other with its
-names; docs/architecture-of-the-check.md says why that is a proof. What is not surely so is of no shape and
-is compiled by itself: overlapping locations, indexes, expressions, loops.
+image) they use, not in how often and where each of them occurs. Constants at pins of standard function
+blocks, which nothing looks at, count as names too. Reduction, lowering and self-check ask about variables
+only whether two are the same, so what they give for one rung they give for the other with its names;
+docs/architecture-of-the-check.md says why that is a proof. What is not surely so is of no shape and is compiled
+by itself: overlapping locations, indexes, expressions, loops.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class _NoShape(Exception):
 
 
 class Shape:
-    """``key``: equal for rungs of equal shape. ``roots``: the variables by their numbers, of which each occurs so
-    often as ``uses`` says."""
+    """``key``: equal for rungs of equal shape. ``roots``: the variables by their numbers, each of which occurs
+    as often as ``uses`` says; ``constants``: those at pins by their numbers."""
 
     def __init__(self, graph: RungGraph, locations: Mapping[str, Location]) -> None:
         self._locations = locations
@@ -42,10 +43,14 @@ class Shape:
         self._bits: set[tuple[str, int]] = set()
         self.roots: list[Place] = []
         self.uses: list[int] = []
+        self.constants: list[Const] = []
+        self._of_constants: dict[tuple, int] = {}
         self._once: frozenset[object] = frozenset()
-        self._constants: dict[object, tuple] | None = None
         # What a POU of the project may see when it is called: then it matters where a variable is kept.
-        self._seen = any(type(e) is Block and not e.signature.standard for e in graph.elements)
+        blocks = [e for e in graph.elements if type(e) is Block]
+        self._seen = any(not e.signature.standard for e in blocks)
+        # Function blocks of the standard take constants as they are; of others their values may matter.
+        self._handed_on = not self._seen and all(e.instance is not None for e in blocks)
         self.key = self._graph(graph)
 
     def remember(self, hidden: Memories) -> None:
@@ -56,17 +61,15 @@ class Shape:
     def family(self, graph: RungGraph) -> tuple:
         """Equal for rungs whose trees are one, and right when it is right for one of them.
 
-        They differ in no more than this: which contacts are closed, of those whose variables occur nowhere else,
-        and which constants stand at pins of standard function blocks. A drawing and its tree both ask such a
-        contact for one value that nothing else depends on: that it is the opposite exchanges assignments, of
-        which all are compared. They hand such constants on as they are. To be asked for before anything else.
+        They differ in no more than this: which contacts are closed, of those whose variables occur nowhere
+        else. A drawing and its tree both ask such a contact for one value that nothing else depends on: that
+        it is the opposite exchanges assignments, of which all are compared. To be asked for first.
         """
         if self._seen:
             return self.key
         self._once = frozenset(n * 8 for n, uses in enumerate(self.uses) if uses == 1)
-        self._constants = {}
         found = self._graph(graph)
-        self._once, self._constants = frozenset(), None
+        self._once = frozenset()
         return found
 
     # -- what a rung is made of, with numbers for names
@@ -91,16 +94,22 @@ class Shape:
     def _block(self, block: Block) -> tuple:
         return (block.callee, block.signature.result, block.power_in, block.power_out,
                 None if block.instance is None else self.place(block.instance),
-                tuple([(p.pin, p.type, p.source if isinstance(p.source, int) else (self._pin(block, p.source),))
+                tuple([(p.pin, p.type, p.source if isinstance(p.source, int) else (self._pin(p.source),))
                        for p in block.inputs]),
                 tuple([(p.pin, p.type, p.target if isinstance(p.target, int) else (self.place(p.target),))
                        for p in block.outputs]))
 
-    def _pin(self, block: Block, expr: Expr) -> object:
-        if self._constants is None or block.instance is None or type(expr) is not Const or expr.type is BOOL:
+    def _pin(self, expr: Expr) -> object:
+        """A constant that is handed on is only told from others; code has BOOLs and zeros of its own."""
+        if type(expr) is not Const or not self._handed_on or expr.type is BOOL or (
+                expr.value == default(expr.type)):
             return self._expr(expr)
-        is_default = expr.value == default(expr.type)
-        return self._constants.setdefault(_const(expr), (len(self._constants), expr.type, is_default))
+        const = _const(expr)
+        number = self._of_constants.get(const)
+        if number is None:
+            number = self._of_constants[const] = len(self.constants)
+            self.constants.append(expr)
+        return "constant", number, expr.type
 
     def _expr(self, expr: Expr) -> object:
         if type(expr) is Load:
@@ -154,7 +163,14 @@ class Shape:
     def _operand(self, operand: Operand | None) -> object:
         if operand is None:
             return None
-        return self.place(operand) if type(operand) is Place else _const(operand)
+        if type(operand) is Place:
+            return self.place(operand)
+        number = self.constant(operand)
+        return _const(operand) if number is None else ("constant", number, operand.type)
+
+    def constant(self, operand: Operand | None) -> int | None:
+        """The place of a constant in ``constants``; None for what is none of them."""
+        return self._of_constants.get(_const(operand)) if type(operand) is Const else None
 
 
 def _const(const: Const) -> tuple[str, Type]:
@@ -182,7 +198,8 @@ class Made:
 @record
 class Known:
     """What was made of a rung, for others of its shape. ``numbers``: which variable each instruction names
-    (-1: none, or a temporary); ``proved``: the code that the verdict is about, with numbers for names."""
+    (-1: none, or a temporary; from -2 down: which constant); ``proved``: the code that the verdict is about,
+    with numbers for names."""
 
     made: Made
     numbers: tuple[int, ...]
@@ -191,12 +208,13 @@ class Known:
     def another(self, graph: RungGraph, shape: Shape, label: str | None) -> Made | None:
         """The same for a rung of this shape: the IL with its own names. It is read back and compared with
         what was proved; None when it is something else."""
-        made, elements, roots = self.made, graph.elements, shape.roots
+        made, elements, roots, constants = self.made, graph.elements, shape.roots, shape.constants
         hidden = memories(graph, made.turns)
         shape.remember(hidden)
         code = tuple([
-            Instr(i.op, i.operand if n < 0 else _renamed(i.operand, roots[n]), i.type, i.name, (), (), i.element,
-                  elements[i.element].span)
+            Instr(i.op,
+                  _renamed(i.operand, roots[n]) if n >= 0 else i.operand if n == -1 else constants[-2 - n],
+                  i.type, i.name, (), (), i.element, elements[i.element].span)
             for i, n in zip(made.lowered.code.code, self.numbers)])
         if shape.code(code) != self.proved:
             return None
@@ -214,8 +232,14 @@ def known(graph: RungGraph, shape: Shape, hidden: Memories, made: Made) -> Known
         return None
     shape.remember(hidden)
     temps = {v.name for v in made.lowered.temps}
-    numbers = tuple([shape.index(i.operand) if type(i.operand) is Place and i.operand.root not in temps else -1
-                     for i in code])
+
+    def number(operand: Operand | None) -> int:
+        if type(operand) is Place:
+            return shape.index(operand) if operand.root not in temps else -1
+        constant = shape.constant(operand)
+        return -1 if constant is None else -2 - constant
+
+    numbers = tuple([number(i.operand) for i in code])
     try:
         return Known(made, numbers, shape.code(code))
     except _NoShape:
