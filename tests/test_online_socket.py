@@ -290,6 +290,16 @@ def test_a_refused_program_leaves_nothing_in_memory(runtime, monkeypatch) -> Non
         wait_until(lambda: [ref() is None for ref in made] == [True, False, True][: len(made)])
 
 
+@native.needs_gcc
+def test_a_program_without_room_for_its_code_is_refused_with_the_place(tmp_path: Path) -> None:
+    running = loaded(TEXT, "native")
+    message = change(OTHER, running.digest, library=b"code", areas=loading.areas_of(running.machine))
+    with pytest.raises(Invalid) as refused:
+        loading.load(message, running.machine, tmp_path / "gone")
+    (found,) = refused.value.diagnostics
+    assert (found.code, "No such file" in found.message, str(tmp_path / "gone") in found.help) == ("LD0826", True, True)
+
+
 def test_what_a_swap_took_is_in_its_answer(runtime) -> None:
     runtime.ask(change(OTHER, runtime.controller.running.digest))
     assert runtime.ask(Act(action="test", owner="me")).state.pause_ns > 0

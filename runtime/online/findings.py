@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from ldc.diagnostics import Diagnostic, Diagnostics, Invalid
 
@@ -71,9 +72,15 @@ def in_other_hands(what: str) -> Diagnostic:
                 "`ldc online status` tells whose it is; `ldc online cancel --force` takes it away")
 
 
-def unusable(what: str) -> Diagnostic:
-    return _one("LD0826", f"the new program cannot be loaded: {what}",
-                "stage it with an ldc of the same version as the one that runs, and for the same engine")
+def unusable(what: str, help: str = "stage it with an ldc of the same version as the one that runs, and for "
+             "the same engine") -> Diagnostic:
+    return _one("LD0826", f"the new program cannot be loaded: {what}", help)
+
+
+def no_room(folder: Path, error: OSError) -> Diagnostic:
+    """Its code cannot be put where it is loaded from."""
+    return unusable(f"{error.strerror or error}", f"the runtime puts its code into `{folder}`, beside its socket: "
+                    "make room there, or name another with --socket")
 
 
 def bad_message(what: str) -> Diagnostic:

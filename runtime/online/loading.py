@@ -80,6 +80,8 @@ def load(message: Stage, running: Machine, folder: Path) -> Loaded:
     except Invalid:
         raise
     except Exception as error:  # the bytes can be anything, and the running program must go on
+        if isinstance(error, OSError) and error.errno is not None:  # not that of a library that cannot be loaded
+            raise findings.refused(findings.no_room(folder, error)) from error
         raise findings.refused(findings.unusable(f"{type(error).__name__}: {error}"[:300])) from error
     return Loaded(machine, message.image, image.digest, tuple(message.sources), together, algorithms, watch,
                   settings_digest(together, watch))
