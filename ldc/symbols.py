@@ -104,7 +104,8 @@ class Signature:
     it comes from the library, not from the project. ``actions``: names of the bodies that may be called
     beside that of the POU; a FUNCTION_BLOCK with such has a last input that tells which one is meant.
     ``written``: what texts call a POU that was declared once more for some instances (VAR_CONFIG), or that
-    has the name of a standard one (LD0180).
+    has the name of a standard one (LD0180). ``order``: inputs and VAR_IN_OUT, in capitals, as they are
+    declared, where that is not the inputs first.
     """
 
     kind: str
@@ -116,6 +117,14 @@ class Signature:
     standard: bool = False
     actions: tuple[str, ...] = ()
     written: str = ""
+    order: tuple[str, ...] = ()
+
+    @property
+    def positional(self) -> tuple[Parameter, ...]:
+        """What values without names go to, in statements (IEC 61131-3, 3rd edition, 6.6.1.4.2)."""
+        pins = (*self.inputs, *self.in_outs)
+        known = {pin.name.upper(): pin for pin in pins}
+        return tuple(known[name] for name in self.order if name in known) if self.order else pins
 
     def called(self, name: str) -> bool:
         """Whether texts mean this POU by the name."""

@@ -130,3 +130,31 @@ END_PROGRAM
         (10, 9, 0), (20, 19, 20), (30, 29, 40)]
     told = checked(text.replace("OUT => seen", "OUT => more.total"), "main.ld")
     assert [d.code for d in told.diagnostics] == ["LD0503"]
+
+
+def test_values_without_names_go_to_pins_in_declared_order(tmp_path: Path) -> None:
+    """A VAR_IN_OUT that is declared first takes the first value, whatever section follows."""
+    text = """FUNCTION take : INT VAR_IN_OUT from : INT; END_VAR VAR_INPUT n : INT; END_VAR VAR_IN_OUT into : INT; END_VAR
+    from := from - n; into := into + n; take := n;
+END_FUNCTION
+FUNCTION_BLOCK mover VAR_IN_OUT from : INT; END_VAR VAR_INPUT n : INT; END_VAR
+    from := from + 100 * n;
+END_FUNCTION_BLOCK
+PROGRAM main VAR a : INT := 10; b : INT := 20; k : INT := 3; got : INT; m : mover; END_VAR
+    got := take(a, k, b);
+    m(b, k);
+END_PROGRAM
+""".replace("from", "source").replace("into", "target")
+    assert trace(tmp_path, text, "main.st", [{}], ("a", "b", "k", "got")) == [(7, 323, 3, 3)]
+
+
+def test_values_without_names_pass_over_what_chooses_an_action(tmp_path: Path) -> None:
+    text = """FUNCTION_BLOCK mover VAR_IN_OUT source : INT; END_VAR VAR_INPUT n : INT; END_VAR
+    source := source + 100 * n;
+ACTION Clear: n := 0; END_ACTION
+END_FUNCTION_BLOCK
+PROGRAM main VAR b : INT := 20; k : INT := 3; m : mover; END_VAR
+    m(b, k);
+END_PROGRAM
+"""
+    assert trace(tmp_path, text, "main.st", [{}], ("b",)) == [(320,)]

@@ -210,14 +210,13 @@ def _closed(type_: ast.ArrayType, bounds: Bounds) -> ast.ArrayType:
 def _arrays(pou: ast.Pou, node: ast.Call | statements.Invoke | ast.Block) -> tuple[ast.Expr | None, ...]:
     """What a call gives to the parameters without bounds."""
     drawn = isinstance(node, ast.Block)
-    inputs = [v for block in pou.var_blocks if block.kind == "VAR_INPUT" for v in block.variables]
+    kinds = ("VAR_INPUT",) if drawn else ("VAR_INPUT", "VAR_IN_OUT")
+    inputs = [v for block in pou.var_blocks if block.kind in kinds for v in block.variables]
     if drawn and pou.kind == "FUNCTION_BLOCK" and node.power_in != "_":
         bools = (v for v in inputs if isinstance(v.type, ast.NamedType) and v.type.name.upper() == "BOOL")
         wanted = node.power_in and node.power_in.upper()
         power = next((v for v in bools if wanted is None or v.name.upper() == wanted), None)
         inputs = [v for v in inputs if v is not power]
-    if not drawn:
-        inputs += [v for block in pou.var_blocks if block.kind == "VAR_IN_OUT" for v in block.variables]
     names = iter(v.name for v in inputs)
     given = {(pin.name or next(names, "")).upper(): pin.value
              for pin in (node.pins if drawn else node.arguments)}

@@ -47,11 +47,7 @@ def declared(project: ast.Project, settings: Settings | None = None) -> Callable
     """What the POUs of a project declare, by their names in capitals; nothing is reported."""
     resolver = _Resolver(project, Diagnostics(), _settings(settings))
 
-    def frame(key: str) -> Frame | None:
-        resolver.signature(key)
-        return resolver.frames.get(key)
-
-    return frame
+    return resolver.frame
 
 
 def _settings(given: object | None) -> Settings:
@@ -177,7 +173,7 @@ class _Resolver:
         result = self._result(node, frame)
         signature = Signature(node.kind, node.name, *(tuple(map(_parameter, pins[k])) for k in _PINS),
                               result=result, standard=self.library, actions=actions,
-                              written=node.written)
+                              written=node.written, order=_order(node))
         ordered = {v.name.upper(): v for kind in _PINS for v in pins[kind]}
         ordered.update((key, v) for key, v in variables.items() if v.kind not in _PINS)
         if result is not None:
@@ -238,6 +234,11 @@ class _Resolver:
             return None
         return known.type
 
+    def frame(self, key: str) -> Frame | None:
+        """What a POU declares."""
+        self.signature(key)
+        return self.frames.get(self._own.get(key, key))
+
     def callables(self) -> Iterable[str]:
         return [pou.name for pou in self._pous.values()]
 
@@ -245,6 +246,14 @@ class _Resolver:
 def _replaces_standard(kind: str, key: str) -> bool:
     """Whether a POU takes the place of a standard one; what is an instruction of IL stays one."""
     return kind in _CALLED and standard(key) is not None and key not in ELEMENTARY and key not in IL_WORDS
+
+
+def _order(node: ast.Pou) -> tuple[str, ...]:
+    """The names of inputs and VAR_IN_OUT as they are declared, where that is not the inputs first."""
+    blocks = [block for block in node.var_blocks if block.kind in ("VAR_INPUT", "VAR_IN_OUT")]
+    if blocks == sorted(blocks, key=lambda block: block.kind != "VAR_INPUT"):
+        return ()
+    return tuple(v.name.upper() for block in blocks for v in block.variables)
 
 
 def _parameter(variable: Variable) -> Parameter:

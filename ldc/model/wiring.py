@@ -122,7 +122,7 @@ class Wiring:
     def _given(self, power_in: Parameter | None) -> dict[str, ast.Pin] | None:
         """The pins as written, by the declared name of the pin."""
         given: dict[str, ast.Pin] = {}
-        values = self.signature.inputs + (self.in_outs if self.env.statements else ())
+        values = self.signature.positional if self.env.statements else self.signature.inputs
         by_position = iter([p for p in values if p is not power_in])
         taken = 0
         for pin in self.node.pins:
