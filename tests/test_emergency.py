@@ -99,9 +99,9 @@ def test_between_two_scans_outputs_are_safe_at_once(tmp_path: Path) -> None:
 
 def test_an_input_that_comes_while_a_scan_is_late(tmp_path: Path) -> None:
     """Inputs come with the ticks, also with one at which the scan before goes on."""
-    cost = Cost(instruction=150_000)
+    cost = Cost(instruction=160_000)
     run = Run(modules(tmp_path, BOTH + SAFETY), cost=cost).scans(2).scans(1, go=True)
-    pieces = [20 * MS + piece * 3 // 2 for piece in begins(run)]
+    pieces = [20 * MS + piece * 8 // 5 for piece in begins(run)]
     assert pieces[-1] > 33 * MS
     run.scans(1, estop=True)
     assert first_safe(run).time_ns == next(piece for piece in pieces if piece >= 30 * MS)
