@@ -379,6 +379,18 @@ def test_a_component_that_breaks_is_told_with_its_line(tmp_path: Path, capfd, li
     assert "probe.c:18:" in said, said
 
 
+def test_a_copy_of_a_project_is_sanitized_for_itself(tmp_path: Path, monkeypatch, capfd) -> None:
+    """What is compiled has paths in it, by which findings are told."""
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        project(tmp_path / name, BODY.replace("    state->last[1]", "    state->last[state->calls * 1000] = 1;\n"
+                                              "    state->last[1]"))
+        monkeypatch.chdir(tmp_path / name)
+        assert main(["run", ".", "--scans", "4", "--sanitize"]) == 1
+        said = capfd.readouterr().err
+        assert "error[LD0806]: component PROBE" in said and "probe.c:18:" in said, said
+
+
 def test_a_run_with_components_prints_what_a_run_prints(tmp_path: Path, capfd) -> None:
     project(tmp_path)
     trace = tmp_path / "trace.csv"

@@ -50,6 +50,50 @@ END_PROGRAM
                     (False, True, True, False, True)]
 
 
+def test_eno_of_an_instance_is_that_of_its_last_call(tmp_path: Path) -> None:
+    """As the OpenPLC Editor writes blocks that are enabled by one another."""
+    text = """FUNCTION_BLOCK own
+VAR_INPUT EN : BOOL; END_VAR
+VAR_OUTPUT ENO : BOOL; END_VAR
+    ENO := NOT EN;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK twice
+VAR_INPUT x : INT; END_VAR
+VAR_OUTPUT y : INT; END_VAR
+    y := x * 2;
+END_FUNCTION_BLOCK
+PROGRAM main
+VAR a, b, first_ENO, told, kept : BOOL; first, second : twice; third : own; end : CTU; n : INT; END_VAR
+    told := first.eno;
+    IF NOT b THEN first(EN := a, x := 3); END_IF;
+    second(EN := first.ENO, x := first.y + 1);
+    third(EN := second.ENO);
+    end(CU := third.ENO, PV := 3, ENO => kept);
+    n := second.y;
+END_PROGRAM
+"""
+    rows = trace(tmp_path, text, "main.st", [{"a": False}, {"a": True}, {"b": True, "a": False}, {"b": False}, {}],
+                 ("told", "n", "first_ENO", "kept", "end.CV", "third.ENO"))
+    assert rows == [(False, 0, False, True, 1, True), (False, 14, False, True, 1, False),
+                    (True, 14, False, True, 1, False), (True, 14, False, True, 2, True),
+                    (False, 14, False, True, 2, True)]
+
+
+@pytest.mark.parametrize(
+    ("use", "code"),
+    [("end.ENO", "LD0406"), ("n.ENO", "LD0405"), ("all[1].ENO", "LD0406"), ("nothing.ENO", "LD0404")],
+)
+def test_what_has_no_eno_is_told(use: str, code: str) -> None:
+    text = f"""PROGRAM main
+VAR end : CTU; kept, x : BOOL; n : INT; all : ARRAY [1..2] OF CTU; END_VAR
+    end(CU := x, ENO => kept);
+    all[1]();
+    x := {use};
+END_PROGRAM
+"""
+    assert [d.code for d in checked(text, "main.st").diagnostics if d.severity == "error"] == [code]
+
+
 def test_lists_of_instructions(tmp_path: Path) -> None:
     text = HEAD.format(half="LD x\nDIV 2\nST half\nLD x\nMOD 2\nST rest") + """
     half(EN := a, x := x, rest => z, ENO => ok)

@@ -142,7 +142,9 @@ def _known(
     if made is None or compiler is None:
         return None
     texts, reads, writes = made
-    digest_ = hashlib.sha256("\0".join((*texts, *flags, compiler)).encode()).hexdigest()[:24]
+    # What a sanitizer finds is told with the path at which the library was compiled.
+    at = (str(Path.cwd()),) if any(flag.startswith("-fsanitize") for flag in flags) else ()
+    digest_ = hashlib.sha256("\0".join((*texts, *flags, compiler, *at)).encode()).hexdigest()[:24]
     known = Kept(tuple(sorted(reads)), tuple(sorted(writes)), f"{component.entry}-{digest_}.so")
     if len(diagnostics) == before:  # what was told is to be told again
         kept.keep(_key(native, memory, compiler, flags), known)

@@ -26,6 +26,7 @@ from ldc.library import blocks
 from ldc.manifest import Sources, find_sources
 from ldc.model import Scope, resolve
 from ldc.model.chart_control import Control
+from ldc.model.eno_of_blocks import with_enables
 from ldc.model.open_arrays import with_bounds
 from ldc.model.program_calls import with_blocks
 from ldc.model.project import Pou
@@ -97,7 +98,8 @@ class _Compile:
             project = ast.Project((*files, *more))
         with self.timings.of("resolve"):
             settings = self.sources.settings
-            meant = with_bounds(with_blocks(project), self.diagnostics, lambda made: declared(made, settings))
+            wired = with_enables(with_blocks(project))
+            meant = with_bounds(wired, self.diagnostics, lambda made: declared(made, settings))
             self.model = resolve(meant, self.diagnostics, settings)
         self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings, self.remembered)
         builds: dict[str, tuple[RungBuild, ...]] = {}
