@@ -119,6 +119,8 @@ def test_a_keyword_with_a_slip_is_guessed(text: str, word: str) -> None:
     ("PROGRAM p x := 5; END_PROGRAM", ["LD0101 expected RUNG or END_PROGRAM, found `x`"]),
     ("PROGRAM p VAR at : BOOL; int : INT; END_VAR END_PROGRAM",
      ["LD0116 `at` is a reserved word", "LD0116 `int` is a reserved word"]),
+    ("PROGRAM p VAR AT %QX5.1 : BOOL := 1; AT %MW6 : INT; END_VAR END_PROGRAM",
+     ["LD0101 what is at `%QX5.1` has no name", "LD0101 what is at `%MW6` has no name"]),
     ("CONFIGURATION c TASK t (INTERVAL := T#1s); END_CONFIGURATION", []),
     ("CONFIGURATION c RESOURCE r ON p END_RESOURCE TASK t (INTERVAL := T#1s); END_CONFIGURATION",
      ["LD0101 expected RESOURCE or END_CONFIGURATION, found `TASK`"]),
