@@ -128,6 +128,8 @@ CASES = {
     "a bridge": "{ [a] @x [b] | [d] @y [e] } (q); @x [f] @y",
     "not planar": "{ [a] @x [b] | [d] @y [e] | [f] @z [g] } (q); @x [k] @z; @z [u] @y; @x [v] @y",
     "a loop": "[a] @in <t1: TON(PT := T#1s)> @out (q); @out [/b] @in",
+    "a loop of functions": "@y [b] @z; <OR(IN1 := a, IN2 := @z, OUT => @x) in=_ out=_>; "
+                           "<AND(IN1 := @x, IN2 := d, OUT => @y) in=_ out=_>; @y (q)",
     "several paths": "[a] (q); [b] [d] (k); [e] >>RETURN",
     "strings": "<CONCAT(IN1 := 'a$01<&>$'', IN2 := text, OUT => text)>",
     "coils in a row": "[a] (q) [b] (k)",

@@ -38,6 +38,26 @@ def test_the_way_back_from_what_is_written_ends_where_a_loop_begins() -> None:
     assert run(xml, [{"a": 1}, {}, {}], "w q") == ["1 0", "0 1", "1 0"]
 
 
+def test_contacts_on_the_way_back_from_a_function_are_read_in_this_scan() -> None:
+    """Only the value of the function is of the scan before; a contact that something else reads too stands twice."""
+    for reads_too in (False, True):
+        xml = ladder("a b c q w : BOOL", rail(), contact(2, "a"), contact(3, "b"), contact(4, "c", "6.OUT"),
+                     block(5, "OR", {"IN1": 2, "IN2": 4}, ("OUT",)),
+                     block(6, "AND", {"IN1": "5.OUT", "IN2": 3}, ("OUT",)), coil(7, "q", "6.OUT"),
+                     coil(8, "w", 4 if reads_too else 1))
+        rows = [{"a": 1, "b": 1, "c": 0}, {"a": 0, "c": 1}, {}, {"c": 0}, {"c": 1}]
+        assert run(xml, rows, "q AND_6_OUT") == ["1 1", "1 1", "1 1", "0 0", "0 0"]
+        assert not reads_too or run(xml, rows, "w") == ["0", "1", "1", "0", "0"]
+
+
+def test_a_way_back_goes_through_contacts_as_often_as_it_meets_them() -> None:
+    """The XOR needs what the contact gives, and so the timer first, though the way comes from that contact."""
+    xml = ladder("a c q : BOOL; t : TON", rail(), value(9, "T#0s"), contact(2, "a", ("3.OUT", "4.Q")),
+                 contact(5, "c"), block(3, "XOR", {"IN1": 5, "IN2": 2}, ("OUT",)),
+                 block(4, "TON", {"IN": 2, "PT": 9}, ("Q",), "t"), coil(6, "q", 2))
+    assert run(xml, [{"a": 1, "c": 1}, {"a": 0}], "q t.IN XOR_3_OUT") == ["1 0 1", "0 0 1"]
+
+
 def test_operators_behind_a_loop_know_their_types() -> None:
     """None of the operands that are written decides between INT and DINT."""
     xml = fbd("d e : DINT; i : INT; n : CTU; q : BOOL", value(1, "d"), value(2, "7"), value(10, "1"),

@@ -24,7 +24,9 @@ def drop_shown(ladder: Element) -> None:
     for source, id_ in wires:
         if source in numbered:
             sources[id_].append(source)
-    turns, _ = in_loops(dict(by_place), sources)
+    turns, loops = in_loops(dict(by_place), sources)
+    if any(numbered[id_].tag == "contact" for loop in loops for id_ in loop):
+        return  # without numbers it would be read in this scan
     if shown(written, {id_: (turn,) for turn, id_ in enumerate(turns)}, wires):
         for element in numbered.values():
             del element.attrib[_ORDER]

@@ -25,7 +25,9 @@ ELEMENTS = ("contact", "coil", "block", "inVariable", "outVariable", "inOutVaria
             "connector", "continuation", "leftPowerRail")
 CALLED = "called"
 """The tag of a function block that is called elsewhere: only its outputs are read here."""
-VALUES = ("inVariable", "leftPowerRail", "continuation", "connector", CALLED)
+KEEP, KEPT = "keep", "kept"
+"""The tags of a variable that is added: where it gets the value of a function, and where that is read."""
+VALUES = ("inVariable", "leftPowerRail", "continuation", "connector", CALLED, KEPT)
 """What gives a value and does nothing by itself."""
 _WIRED = (("connectionPointIn",), ("connectionPointOut",), ("inputVariables", "variable"),
           ("outputVariables", "variable"))
@@ -279,12 +281,15 @@ class Drawing:
             free[id_].order = order
         for loop in loops:
             for element in map(elements.__getitem__, loop):
-                for pin in element.inputs:
-                    pin.sources = frozenset(self._of_before(output) if output[0] in loop and (
+                for pin in element.inputs if element.kind != "contact" else ():
+                    pin.sources = frozenset(self.of_before(output) if output[0] in loop and (
                         elements[output[0]].order >= element.order) else output for output in pin.sources)
+        from ldc.parser.plcopen import looping  # few files need it
+
+        looping.keep(self, loops)
         self.elements = {e.id: e for e in sorted(elements.values(), key=attrgetter("order"))}
 
-    def _of_before(self, output: Output) -> Output:
+    def of_before(self, output: Output) -> Output:
         """An output of a function block, to be read as a variable; another one as it is."""
         block = self.elements[output[0]]
         if not is_call(block.node, self.more):

@@ -14,7 +14,7 @@ from ldc.parser import ast
 from ldc.parser.plcopen import backwards, boxes, findings, kinds, paths, texts
 from ldc.parser.plcopen.blocks import Pins
 from ldc.parser.plcopen.drawing import (
-    CALLED, RAIL, Drawing, Element, Input, Output, is_conditional, output_of,
+    CALLED, KEPT, RAIL, Drawing, Element, Input, Output, is_conditional, output_of,
 )
 from ldc.parser.plcopen.paths import RAIL_NET, Step
 from ldc.parser.plcopen.pins import NO_WIRE
@@ -25,7 +25,7 @@ _OPPOSITE = {"": "/", "P": "N", "N": "P"}
 _STORAGE = {"set": "S", "reset": "R"}
 _BOXES = ("outVariable", "inOutVariable")
 _TAKE_VALUES = ("block", *_BOXES)
-_GIVE_VALUES = ("inVariable", "inOutVariable", CALLED)
+_GIVE_VALUES = ("inVariable", "inOutVariable", CALLED, KEPT)
 
 
 class RungWriter:
@@ -129,6 +129,8 @@ class RungWriter:
             holder = self.expression(element.node.attribute("instanceName"), element)
             found = ast.Member(holder, pin.name, element.node.span)
             return texts.negated(found) if pin.negated else found
+        if element.kind == KEPT:
+            return ast.Name(element.node.get("name"), element.node.span)
         text = element.node.find("expression")
         if element.inputs and element.inputs[0].sources:
             self.awaited += (_written(element),)
@@ -216,6 +218,10 @@ class RungWriter:
         target = ast.Name(node.get("name"), node.span)
         item = ast.Coil("/" if node.flag("negated") else "", target, node.span)
         self.add(item, self.net(element.inputs[0]), None)
+
+    def _keep(self, element: Element) -> None:
+        span = element.node.span
+        self.add(ast.Coil("", ast.Name(element.node.get("name"), span), span), self.net(element.inputs[0]), None)
 
     def _outVariable(self, element: Element) -> None:
         pin, node = element.inputs[0], element.node
@@ -339,4 +345,4 @@ def _written(box: Element) -> str:
 
 
 _WRITERS = {kind: getattr(RungWriter, f"_{kind}") for kind in (
-    "contact", "coil", "transition", "outVariable", "inOutVariable", "jump", "return")}
+    "contact", "coil", "keep", "transition", "outVariable", "inOutVariable", "jump", "return")}

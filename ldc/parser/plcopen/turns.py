@@ -49,12 +49,11 @@ def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
     changes places among each other. What a way back comes to first is the last of its loop."""
     turns = list(kinds)
     starts = sorted(kinds, key=lambda id_: (kinds[id_] not in WRITES, kinds[id_] != "block"))
-    back, meets_itself = _backwards(starts, lambda id_: sources.get(id_, ()))
-    if not meets_itself:
+    if not _backwards(starts, lambda id_: sources.get(id_, ()))[1]:
         return turns, []
     import networkx as nx  # few files need it
 
-    number = {id_: at for at, id_ in enumerate(back)}
+    number = _numbers(starts, kinds, sources)
     graph = nx.DiGraph((source, id_) for id_, found in sources.items() for source in found)
     loops = [found for found in nx.strongly_connected_components(graph)
              if len(found) > 1 or any(id_ in sources.get(id_, ()) for id_ in found)]
@@ -64,9 +63,39 @@ def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
         if id_ in of:
             places[of[id_]].append(at)
     for loop, own in zip(loops, places):
-        for at, id_ in zip(own, sorted(loop, key=number.__getitem__)):
+        for at, id_ in zip(own, sorted(loop, key=lambda id_: (number[id_], kinds[id_] != "contact"))):
             turns[at] = id_
     return turns, loops
+
+
+def _numbers(starts: Iterable[str], kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
+             ) -> dict[str, int]:
+    """In which order ways back come to elements; through a contact they go as often as they come to it, and it
+    has the number of the first that it feeds."""
+    def behind(id_: str) -> list[str]:
+        """What an element is wired to, perhaps through contacts."""
+        is_contact: dict[str, bool] = {}
+        work = [iter(sources.get(id_, ()))]
+        while work:
+            source = next(work[-1], None)
+            if source is None:
+                work.pop()
+            elif source not in is_contact:
+                is_contact[source] = kinds.get(source) == "contact"
+                if is_contact[source]:
+                    work.append(iter(sources.get(source, ())))
+        return [source for source, is_one in is_contact.items() if not is_one]
+
+    back, _ = _backwards((id_ for id_ in starts if kinds[id_] != "contact"), behind)
+    number = {id_: at for at, id_ in enumerate(back)}
+    for id_ in back:
+        work = [id_]
+        while work:
+            for source in sources.get(work.pop(), ()):
+                if kinds.get(source) == "contact" and source not in number:
+                    number[source] = number[id_]
+                    work.append(source)
+    return {id_: number.get(id_, len(back)) for id_ in kinds}
 
 
 def _backwards(starts: Iterable[str], sources: Callable[[str], Sequence[str]]) -> tuple[list[str], bool]:
