@@ -391,6 +391,14 @@ def test_a_copy_of_a_project_is_sanitized_for_itself(tmp_path: Path, monkeypatch
         assert "error[LD0806]: component PROBE" in said and "probe.c:18:" in said, said
 
 
+def test_a_sanitizer_may_take_its_time(tmp_path: Path, capfd) -> None:
+    """On a busy computer it looks for lines for seconds: taken for a hang, its finding lost the place."""
+    slow = "    if (state->calls == 2)\n        sleep(3);\n    state->last[1]"
+    body = BODY.replace("static int16_t weighted", "unsigned sleep(unsigned);\n\nstatic int16_t weighted")
+    project(tmp_path, body.replace("    state->last[1]", slow))
+    assert main(["run", str(tmp_path), "--scans", "4", "--sanitize"]) == 0, capfd.readouterr().err
+
+
 def test_a_run_with_components_prints_what_a_run_prints(tmp_path: Path, capfd) -> None:
     project(tmp_path)
     trace = tmp_path / "trace.csv"

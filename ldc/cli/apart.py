@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ldc import pipeline
+from ldc.cli import sanitized
 from ldc.cli.console import FULL, answered, silence_stdout
 from ldc.components import host
 from ldc.components.find import own_files
@@ -21,6 +22,8 @@ from runtime.guard import HANG, Beat, Crash, guarded
 
 _HANG_LATER = 10.0
 """Seconds without a scan after which a run hangs that had no component at its begin."""
+_HANG_SANITIZED = 60.0
+"""With sanitizers, which look for the lines of what they found while no scan goes on."""
 _NO_ROOM = 74
 """How the process ends when what it writes has no room: the file it wrote is not whole (EX_IOERR)."""
 
@@ -55,7 +58,7 @@ def apart(result: pipeline.Compiled, bindings: tuple[Binding, ...], work: Callab
 
     sys.stdout.flush()
     sys.stderr.flush()
-    hang = HANG if bindings else _HANG_LATER
+    hang = _HANG_SANITIZED if sanitized.inside() else HANG if bindings else _HANG_LATER
     end = guarded(watched, hang, orderly=orderly)
     if isinstance(end, Crash):
         raise Invalid([_told(end, hang, result, bindings)])
