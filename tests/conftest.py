@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import signal
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import pauses
 import pytest
 
 TESTS = Path(__file__).resolve().parent
@@ -48,6 +50,42 @@ def compare(path: Path, text: str, update: bool) -> None:
     pytest.fail(
         f"{shown} differs (if that is meant, run pytest --update-golden):\n{''.join(lines)}", pytrace=False
     )
+
+
+class RealTime:
+    """Tests in real time: one that failed in each of its tries is skipped if the computer paused in each."""
+
+    def __init__(self) -> None:
+        self.watchers: pauses.Watchers | None = None
+        self.begun, self.lengths = 0.0, [0.0]
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        if item.get_closest_marker("real_time") is None:
+            return
+        self.watchers = self.watchers or pauses.Watchers()
+        self.begun = time.monotonic()
+        if item.execution_count == 1:
+            self.lengths = []
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Iterator:
+        report = yield
+        if report.failed and call.when == "call" and item.get_closest_marker("real_time") is not None:
+            self.lengths.append(self.watchers.longest(self.begun))
+            if len(self.lengths) == pauses.TRIES and all(self.lengths):
+                report.outcome = "skipped"
+                told = ", ".join(f"{length * 1e3:.0f} ms" for length in self.lengths)
+                report.longrepr = (str(item.path), 0, f"Skipped: the computer paused in each try: {told}")
+        return report
+
+    def pytest_sessionfinish(self) -> None:
+        if self.watchers is not None:
+            self.watchers.end()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(RealTime())
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import pauses
 import pytest
 
 from ldc import pipeline
@@ -17,9 +18,11 @@ from runtime.processors.invariants import Entry, violations
 from runtime.system import System
 from runtime.units import UnitEvent
 
-REAL_TIME = [pytest.mark.xdist_group("real time"), pytest.mark.flaky(reruns=2, reruns_delay=1)]
+REAL_TIME = [pytest.mark.real_time, pytest.mark.xdist_group("real time"),
+             pytest.mark.flaky(reruns=pauses.TRIES - 1, reruns_delay=1)]
 """Of tests that run in real time: they claim the same processors of the computer, so they go one after the
-other, and they measure it too: one that fails is tried again, which the summary tells."""
+other, and they measure it too: one that fails is tried again, which the summary tells, and is skipped at last
+when the computer paused each time (``tests/conftest.py``)."""
 
 MOVER_C = """\
 #include "{low}.h"
