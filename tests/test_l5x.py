@@ -400,6 +400,34 @@ def test_structures_with_bits_arrays_and_values(tmp_path: Path) -> None:
     assert trace(m, "n", [{}, {"k": 1}]) == [[0], [5]]
 
 
+def test_bits_of_a_hidden_member_that_logic_names_are_its_bits(tmp_path: Path) -> None:
+    types = ('<DataType Name="Faults" Family="NoFamily" Class="User"><Members>'
+             '<Member Name="All" DataType="SINT" Dimension="0" Hidden="true"/>'
+             '<Member Name="Jam" DataType="BIT" Dimension="0" Target="All" BitNumber="0"/>'
+             '<Member Name="Heat" DataType="BIT" Dimension="0" Target="All" BitNumber="7"/>'
+             '</Members></DataType>')
+    data = ('<Structure DataType="Faults"><DataValueMember Name="Jam" DataType="BOOL" Value="1"/>'
+            '<DataValueMember Name="Heat" DataType="BOOL" Value="1"/></Structure>')
+    declared = xml.tag("f", "Faults", data=data) + xml.tags(
+        "Faults g h[3]; DINT n k; BOOL set jam heat copied")
+    m = machine(tmp_path, xml.one(
+        ["XIC(set)MOV(n,f.all);", "XIC(heat)OTL(f.Heat);", "XIO(f.Jam)OTE(jam);", "COP(f,g,1);",
+         "COP(g,h[k],1);", "XIC(h[k].Heat)OTE(copied);"], declared, types=types))
+    assert trace(m, "f.All jam g.All copied", [{}, {"set": True, "n": 2}, {"heat": True, "k": 2}]) == [
+        [-127, 0, -127, 1], [2, 1, 2, 0], [-126, 1, -126, 1]]
+    assert m.get("h[0].All") == 2
+
+
+def test_bits_of_a_visible_member_are_its_bits_in_structured_text(tmp_path: Path) -> None:
+    types = ('<DataType Name="Word" Family="NoFamily" Class="User"><Members>'
+             '<Member Name="Whole" DataType="DINT" Dimension="0"/>'
+             '<Member Name="Top" DataType="BIT" Dimension="0" Target="Whole" BitNumber="31"/>'
+             '</Members></DataType>')
+    lines = ["w.Top := go;", "IF w.Top THEN n := n + 1; END_IF;"]
+    text = xml.one(["JSR(Calc,0);"], "Word w; BOOL go; DINT n", xml.st("Calc", lines), types=types)
+    assert trace(machine(tmp_path, text), "n", [{}, {"go": True}, {}]) == [[0], [1], [2]]
+
+
 def test_aliases_modules_and_undeclared_inputs(tmp_path: Path) -> None:
     module = ('<Modules><Module Name="In" ParentModule="Local"><Ports>'
               '<Port Id="1" Address="1" Type="ICP" Upstream="true"/></Ports><Communications><Connections>'
@@ -432,6 +460,14 @@ def test_tasks_run_their_programs_at_their_rates(tmp_path: Path) -> None:
     m = machine(tmp_path, xml.controller(programs, xml.tags("DINT Slown Alln Nevern"), more=tasks))
     trace(m, "Slown", [{}] * 7)
     assert [m.get(n) for n in ("Slown", "Alln", "Nevern")] == [3, 7, 0]
+
+
+def test_routines_without_a_type_are_known_by_what_they_hold(tmp_path: Path) -> None:
+    routines = xml.rll("Main", ["JSR(Calc,0);"]) + xml.st("Calc", ["n := n + 2;"])
+    text = xml.controller(xml.program("P", routines), xml.tags("DINT n"))
+    bare = text.replace(' Type="RLL"', "").replace(' Type="ST"', "")
+    assert bare != text
+    assert trace(machine(tmp_path, bare), "n", [{}, {}]) == [[2], [4]]
 
 
 def test_structured_text_routines(tmp_path: Path) -> None:

@@ -74,6 +74,13 @@ def test_any_statements(words: list[str]) -> None:
                         xml.tags("BOOL a; DINT b")))
 
 
+def test_a_bit_that_its_integer_does_not_have_is_told() -> None:
+    types = ('<DataType Name="U"><Members><Member Name="w" DataType="SINT"/>'
+             '<Member Name="b" DataType="BIT" Target="w" BitNumber="{}"/></Members></DataType>')
+    assert read(xml.one(["XIC(u.b)OTE(q);"], "U u; BOOL q", types=types.format(7))) == []
+    assert "LD0150" in read(xml.one(["XIC(u.b)OTE(q);"], "U u; BOOL q", types=types.format(8)))
+
+
 WRONG = [
     ("XIC()OTE(a);", "LD0150"), ("XIC(a)OTE(a)", ""), ("FOO(a);", "LD0151"), ("MSG(t);", "LD0151"),
     ("GSV(a,b);", "LD0151"), ("XIC(nobody)OTE(a);", "LD0404"), ("TON(b,5,0);", "LD0150"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ldc.diagnostics import Diagnostics, Severity
 from ldc.library import blocks, functions
 from ldc.parser import ast
@@ -12,7 +14,7 @@ from ldc.parser.l5x.routines import Program
 from ldc.parser.l5x.scope import Globals, Scope, Tag
 from ldc.parser.l5x.starts import initial, told
 from ldc.parser.l5x.support import Support
-from ldc.parser.l5x.types import Member, Structure, Text, Type, Types
+from ldc.parser.l5x.types import BOOL, Member, Structure, Text, Type, Types
 from ldc.parser.l5x.writer import Context
 from ldc.parser.plcopen.document import Document, Node
 from ldc.parser.plcopen.texts import prose
@@ -21,6 +23,7 @@ from ldc.source import SourceFile, Span
 
 NAME = "L5X"
 _LONGEST_CLOCK = "T#106751d"
+_MEMBER = re.compile(r"\.\s*([A-Za-z_]\w*)")
 
 
 def read(source: SourceFile, diagnostics: Diagnostics) -> ast.File:
@@ -46,6 +49,7 @@ class _Reader:
         self.context = Context(reading, names, Types(names), Globals(names, reading), Support(names))
         self.declared: list[Structure] = []
         self.tag_names: dict[tuple[str, str], str] = {}
+        self.named: frozenset[str] | None = None
 
     def file(self) -> ast.File:
         self._name_tags()
@@ -107,22 +111,48 @@ class _Reader:
         return made
 
     def _members(self, node: Node, structure: Structure) -> None:
+        """The members. Bits of an integer of the same structure are its bits, unless it is hidden and nothing
+        names it: they are BOOLs then, and it is left out."""
         names = Names(self.reading)
-        for group in node.all("Members"):
-            for member in group.all("Member"):
-                foreign, span = member.get("Name"), member.attribute("Name")
-                if member.flag("Hidden"):
-                    self.reading.remark("left out", f"{structure.foreign}.{foreign}",
-                                        "it only holds the bits that have names", span)
+        members = [member for group in node.all("Members") for member in group.all("Member")]
+        whole = {m.get("Name").upper(): type_name(m).upper() for m in members if self._is_whole(m)}
+        for member in members:
+            foreign, span = member.get("Name"), member.attribute("Name")
+            if member.flag("Hidden") and not self._named(foreign):
+                self.reading.remark("left out", f"{structure.foreign}.{foreign}",
+                                    "it only holds the bits that have names", span)
+                continue
+            type_ = self._type(member, "Dimension", "Dimensions")
+            if type_ is None:
+                self.reading.left_out(span, f"member {structure.foreign}.{foreign}",
+                                      f"the file does not tell its type {type_name(member)[:40]}")
+                continue
+            note = prose(member.find("Description")) or None
+            if type_ == BOOL and member.get("Target").upper() in whole:
+                held, bit = member.get("Target"), member.number("BitNumber", 0)
+                integer = whole[held.upper()]
+                if not 0 <= bit < types.WIDTHS[integer]:
+                    self.reading.malformed(member.attribute("BitNumber"), f"{integer} has no bit {bit}",
+                                           help=f"the bits are 0 to {types.WIDTHS[integer] - 1}")
                     continue
-                type_ = self._type(member, "Dimension", "Dimensions")
-                if type_ is None:
-                    self.reading.left_out(span, f"member {structure.foreign}.{foreign}",
-                                          f"the file does not tell its type {type_name(member)[:40]}")
-                    continue
-                note = prose(member.find("Description")) or None
-                structure.members[foreign.upper()] = Member(
-                    names.name(foreign, span), type_, span, note)
+                self.reading.remark("mapped", f"{structure.foreign}.{foreign}", f"bit {bit} of {held}", span)
+                structure.members[foreign.upper()] = Member(foreign, type_, span, note, alias=f"{held}.{bit}")
+                continue
+            structure.members[foreign.upper()] = Member(
+                names.name(foreign, span), type_, span, note)
+
+    def _is_whole(self, member: Node) -> bool:
+        """Whether a member is an integer whose bits other members of its structure may be."""
+        if type_name(member).upper() not in types.WIDTHS or self._sizes(member, "Dimension", "Dimensions"):
+            return False
+        return not member.flag("Hidden") or self._named(member.get("Name"))
+
+    def _named(self, member: str) -> bool:
+        """Whether something of the file names a member of that name, whatever it is a member of."""
+        if self.named is None:
+            text = self.controller.span.source.text
+            self.named = frozenset(match[1].upper() for match in _MEMBER.finditer(text))
+        return member.upper() in self.named
 
     def _type(self, node: Node, *dimensions: str) -> Type | None:
         name = type_name(node)

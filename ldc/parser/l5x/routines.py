@@ -22,6 +22,8 @@ from ldc.parser.plcopen.texts import prose
 from ldc.source import Span
 
 _TITLE = 200
+_CONTENTS = frozenset(("RLLContent", "STContent", "FBDContent", "SFCContent"))
+"""What tells the language of a routine where its attribute Type is missing."""
 
 
 @dataclass(slots=True)
@@ -54,7 +56,8 @@ def routine_of(node: Node, context: Context) -> Routine | None:
     """A routine as it was written; None when it is in a language that is not read."""
     reading, name = context.reading, node.get("Name")
     routine = Routine(name, node.attribute("Name"))
-    kind = node.get("Type")
+    contents = (n.tag.removesuffix("Content") for n in node.children if n.tag in _CONTENTS)
+    kind = node.get("Type") or next(contents, "")
     if kind == "ST":
         routine.text = node.find("STContent")
         if routine.text is not None:

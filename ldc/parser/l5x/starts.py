@@ -10,7 +10,7 @@ from ldc.parser import ast
 from ldc.parser.foreign import Reading
 from ldc.parser.l5x.scope import Tag
 from ldc.parser.l5x.types import (
-    BOOL, TIME, WIDTHS, Array, Atom, Structure, Text, Type, inner, is_large, is_real,
+    BOOL, TIME, WIDTHS, Array, Atom, Structure, Text, Type, inner, is_integer, is_large, is_real,
 )
 from ldc.parser.l5x.values import boolean, real_text, wrapped
 from ldc.parser.plcopen.document import Node
@@ -99,7 +99,8 @@ def _put(type_: Type | None, value: object, way: tuple, number: object) -> objec
     if isinstance(step, str) and step.startswith("."):
         bit = 1 << int(step[1:])
         whole = value if isinstance(value, int) else 0
-        return whole | bit if number else whole & ~bit
+        whole = whole | bit if number else whole & ~bit
+        return wrapped(whole, WIDTHS[type_.name], type_.name.startswith("U")) if is_integer(type_) else whole
     part = type_.element if isinstance(type_, Array) else (
         type_.members[step].type if isinstance(type_, Structure) and step in type_.members else None)
     if part is None:
@@ -132,8 +133,14 @@ def _read(type_: Type, node: Node, reading: Reading) -> object:
         found = {}
         for child in node.children:
             member = type_.members.get(child.get("Name").upper())
-            if member is not None and member.type is not None and not member.alias:
-                found[child.get("Name").upper()] = _read(member.type, child, reading)
+            if member is None or member.type is None:
+                continue
+            value = _read(member.type, child, reading)
+            if not member.alias:
+                found[child.get("Name").upper()] = value
+            else:
+                whole, _, bit = member.alias.upper().partition(".")
+                found = _put(type_, found, (whole, f".{bit}"), value)
         return found
     return _scalar(type_, node, reading)
 
