@@ -41,6 +41,13 @@ class Location:
             return Location(area, size, number, int(bit))
         return Location(area, size, number * (WIDTH[size] // 8)) if bit is None else None
 
+    @staticmethod
+    def usual(text: str) -> str:
+        """The spelling of an address that all spellings of its place have in common; in capitals what is no
+        address of this runtime."""
+        place = Location.parse(text)
+        return text.upper() if place is None else str(place)
+
     @property
     def bits(self) -> int:
         """Of one element."""

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from everywhere import checked, trace
 
+from ldc.cli.main import main
+
 HEAD = """FUNCTION half : INT
 VAR_INPUT x : INT; END_VAR
 VAR_OUTPUT rest : INT; END_VAR
@@ -147,3 +149,12 @@ END_PROGRAM
 def test_wrong_uses_are_told(statement: str, codes: list[str]) -> None:
     text = HEAD.format(half="half := x / 2;") + f"{statement}\nEND_PROGRAM\n"
     assert [d.code for d in checked(text, "main.st").diagnostics] == codes
+
+
+def test_an_export_declares_what_its_text_names(tmp_path: Path) -> None:
+    source, target = tmp_path / "main.st", tmp_path / "plc.xml"
+    text = "PROGRAM main\nVAR t : TON; q : BOOL; END_VAR\nt(EN := q, IN := q);\nq := t.ENO;\nEND_PROGRAM\n"
+    source.write_text(text, encoding="utf-8")
+    assert main(["export", str(source), "--to", "plcopen", "-o", str(target)]) == 0
+    assert "q := t.ENO;" in target.read_text(encoding="utf-8")
+    assert "t_ENO" not in target.read_text(encoding="utf-8")

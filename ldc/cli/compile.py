@@ -14,6 +14,7 @@ from ldc.cli.output import write_result
 from ldc.diagnostics import Diagnostics, Invalid
 from ldc.graph.dump import graph_dot, graph_text, tree_text
 from ldc.il.text import print_program
+from ldc.model.eno_of_blocks import with_enables
 from ldc.parser import ast, parse_files
 from ldc.parser.statements import StatementBody
 
@@ -67,7 +68,8 @@ def _st_text(result: pipeline.Compiled) -> str:
     from ldc.parser.write import written
 
     bodies = {}
-    for pou in (p for file in result.meant.files for p in file.pous if isinstance(p.body, StatementBody)):
+    meant = with_enables(result.meant)
+    for pou in (p for file in meant.files for p in file.pous if isinstance(p.body, StatementBody)):
         if pou.name.upper() not in result.components:
             bodies[pou.name.upper()] = written((pou,), "body.st", Diagnostics()).source.text
     # Of other names for types IL has what they stand for, but the bodies name them.

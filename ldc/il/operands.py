@@ -9,6 +9,8 @@ from ldc.expr import Apply, Const, Expr, FieldStep, Load, Place
 from ldc.il import findings
 from ldc.model import action_calls, expressions
 from ldc.model.project import Pou
+from ldc.model.rewrite import mapped
+from ldc.model.unnamed import named
 from ldc.model.values import AnyEnum, Untyped
 from ldc.parser import ast
 from ldc.parser import parse_expression
@@ -29,6 +31,7 @@ class Operands:
         self.source = pou.body.span.source
         self.scope = scope
         self.diagnostics = diagnostics
+        self._named = named(dict(pou.body.names)) if pou.body.names else None
         self._read: dict[tuple[str, bool], Operand] = {}
 
     def span(self, start: int, end: int) -> Span:
@@ -87,7 +90,8 @@ class Operands:
                                "take it away; an instruction ends with its line")
             return None
         if _NAME.match(text) is None or text.upper() in _WORDS:
-            return parse_expression(self.source, start, end, self.diagnostics)
+            node = parse_expression(self.source, start, end, self.diagnostics)
+            return node if node is None or self._named is None else mapped(node, self._named)
         names = text.split(".")
         at = start + len(names[0])
         node: ast.Expr = ast.Name(names[0], self.span(start, at))

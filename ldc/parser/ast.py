@@ -170,7 +170,7 @@ class VarDecl:
     """One declared name. ``a, b : INT;`` gives two, which share ``group_span`` (the whole line).
     ``note``: what a foreign source says about it, one line. ``edge``: R_EDGE or F_EDGE, an input that is
     TRUE inside for one call only. ``path``: of a variable in an instance of a function block,
-    to which VAR_CONFIG has given an address."""
+    to which VAR_CONFIG has given an address. ``name`` is an address where only that was declared."""
 
     name: str
     location: str | None
@@ -181,6 +181,11 @@ class VarDecl:
     note: str | None = None
     edge: str | None = None
     path: str | None = None
+
+    @property
+    def unnamed(self) -> bool:
+        """Whether its address is all that it is called by, ``AT %MW6 : INT;``."""
+        return self.name.startswith("%")
 
 
 @record
@@ -308,10 +313,12 @@ class LadderBody:
 
 @record
 class TextBody:
-    """The source text of a body in Instruction List, ``language`` "IL"."""
+    """The source text of a body in Instruction List, ``language`` "IL". ``names``: pairs of an address and of
+    the variable that it stands for (ldc/model/unnamed.py)."""
 
     language: str
     span: Span
+    names: tuple[tuple[str, str], ...] = ()
 
 
 @record

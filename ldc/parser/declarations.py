@@ -45,6 +45,14 @@ class FileBuilder(Builder):
         location = self.word(address).upper()
         return [ast.VarDecl(self.declared(name), location, kind, initial, self.span(name, name), group)]
 
+    def unnamed(self, values: Values) -> list[ast.VarDecl]:
+        """``AT %MW6 : INT;``: a variable that is called by its address."""
+        word, address, _, kind = values[:4]
+        initial = values[5] if len(values) == 7 else None
+        location = self.word(address).upper()
+        return [ast.VarDecl(location, location, kind, initial, self.span(address, address),
+                            self.span(word, values[-1]))]
+
     def configured(self, values: Values) -> list[ast.VarDecl]:
         """A line of VAR_CONFIG; the name is a path."""
         return self._configured(values[0], None, values[2], values)

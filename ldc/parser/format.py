@@ -15,6 +15,7 @@ from ldc.parser.comments import Comments, comment_text, trailing_text
 from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.lexer import lex
+from ldc.parser.listing import listed
 from ldc.parser.literals import quoted
 from ldc.parser.sfc import SfcBody, parts_of
 from ldc.parser.statements import StatementBody
@@ -136,13 +137,14 @@ class _Printer:
     def _declarations(self, variables: Sequence[ast.VarDecl], indent: str) -> None:
         """A line for each group of names, with the types in one column."""
         groups = [list(group) for _, group in groupby(variables, key=lambda v: v.group_span)]
-        names = [", ".join(v.name for v in group) for group in groups]
+        names = [", ".join(v.name for v in group if not v.unnamed) for group in groups]
         width = max((len(n) for n in names if len(n) <= _WIDEST_NAME), default=0)
         for (declared, *_), text in zip(groups, names, strict=True):
             span = declared.group_span
             place = f"AT {declared.location} : " if declared.location else ": "
             self.above(span.start, indent)
-            self._declaration(f"{indent}{text.ljust(width)}  {place}", declared, span.end, indent)
+            head = f"{text.ljust(width)}  {place}" if text else place
+            self._declaration(indent + head, declared, span.end, indent)
 
     def close(self, word: str, end: int, indent: str, inner: str) -> None:
         self.own_lines(self.comments.before(end - len(word)), inner)
@@ -217,7 +219,7 @@ class _Printer:
 
     def listing(self, body: ast.TextBody) -> None:
         """As written; only blank lines around it and space at the ends of lines are dropped."""
-        first, *rest = (line.rstrip() for line in body.span.text.split("\n"))
+        first, *rest = (line.rstrip() for line in listed(body).split("\n"))
         first = first.strip()
         if first.startswith(("(*", "//")):
             self.lines[-1] += "  " + first

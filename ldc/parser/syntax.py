@@ -55,10 +55,8 @@ def explain(failure: Failure, findings: Findings, first: int, end: int, what: st
     elif closer and kind != closer and (kind in (END, ";", ")", "]", "}") or (
             closer in expected and kind in _ELEMENT | {"|"})):
         findings.open_bracket(opening, closer, span, found)
-    elif kind == "AT" and index == first and types[index + 1 : index + 2] == ["DIRECT"]:
-        address = tokens.text(index + 1)
-        findings.syntax(span, f"what is at `{address}` has no name", "a name was expected here",
-                        f"write `name AT {address} : ...`; `{address}` is also used without a declaration")
+    elif kind in (":", ",") and types[first:index] == ["AT"]:
+        findings.reserved(first)
     elif "NAME" in expected and KEYWORDS.get(kind) == kind and kind not in ("NOT", "_", "STRUCT"):
         findings.reserved(index)
     else:

@@ -15,7 +15,7 @@ from ldc.parser.format import format_file, heading, program_text, task_text
 from ldc.parser.format_charts import ChartPrinter
 from ldc.parser.format_statements import StatementPrinter
 from ldc.parser.lexer import lex
-from ldc.parser.listing import is_list
+from ldc.parser.listing import is_list, listed
 from ldc.parser.sfc import SfcBody, bodies, parts_of
 from ldc.parser.statements import StatementBody
 from ldc.records import replace
@@ -111,7 +111,7 @@ def _variables(declared: Iterable[ast.VarDecl]) -> Iterator[str]:
         variables = list(group)
         first = variables[0]
         place = f" AT {first.location}" if first.location else ""
-        names = ", ".join(v.name for v in variables)
+        names = "" if first.unnamed else ", ".join(v.name for v in variables)
         yield f"{_INDENT}{names}{place} : {unparse.declared_text(first)};{_note(first)}"
 
 
@@ -185,7 +185,7 @@ class _Plain:
         self.lines.append(indent + unparse.rung_text(rung))
 
     def listing(self, body: ast.TextBody) -> None:
-        self.lines.append(body.span.text.replace("\r", "\n").strip("\n"))
+        self.lines.append(listed(body).replace("\r", "\n").strip("\n"))
 
 
 def _configuration(configuration: ast.Configuration) -> Iterator[str]:

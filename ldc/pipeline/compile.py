@@ -31,6 +31,7 @@ from ldc.model.open_arrays import with_bounds
 from ldc.model.program_calls import with_blocks
 from ldc.model.project import Pou
 from ldc.model.resolver import declared
+from ldc.model.unnamed import with_names
 from ldc.parser import ast, format_of, parse_file, parse_files
 from ldc.parser.sfc import Body, SfcBody
 from ldc.parser.sfc import bodies as sfc_bodies
@@ -95,12 +96,11 @@ class _Compile:
             wanted = known.components if self.options.every_component else ()
             self.components, more = components.used(files, known, self.diagnostics, wanted, self.slaves)
             pace.elsewhere(self.components.values(), self.slaves, self.diagnostics)
-            project = ast.Project((*files, *more))
+            project = with_names(ast.Project((*files, *more)))
         with self.timings.of("resolve"):
             settings = self.sources.settings
-            wired = with_enables(with_blocks(project))
-            meant = with_bounds(wired, self.diagnostics, lambda made: declared(made, settings))
-            self.model = resolve(meant, self.diagnostics, settings)
+            meant = with_bounds(with_blocks(project), self.diagnostics, lambda made: declared(made, settings))
+            self.model = resolve(with_enables(meant), self.diagnostics, settings)
         self.rungs = Rungs(self.model, self.options, self.diagnostics, self.timings, self.remembered)
         builds: dict[str, tuple[RungBuild, ...]] = {}
         units: list[il.Unit] = []

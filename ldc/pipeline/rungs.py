@@ -39,6 +39,10 @@ class Rungs:
         self.trees: dict[tuple, tuple[tuple[Turn, ...], SPTree]] = {}
         self.nullary = frozenset(name for name, s in model.signatures.items()
                                  if s.kind == "FUNCTION" and not (s.inputs or s.in_outs))
+        self.unnamed = any(
+            v.location is not None and v.span is not None and v.span.text.startswith("%")
+            for variables in (model.globals, *(p.variables for p in model.pous.values()))
+            for v in variables.values())
         self.locations = {v.name.upper(): v.location for v in model.globals.values() if v.location}
 
     def body(self, pou: Pou, scope: Scope, rungs: tuple[ast.Rung, ...], keys: dict[int, str]) -> BodyCode:
@@ -67,7 +71,8 @@ class Rungs:
 
     def _rung(self, rung: ast.Rung, key: str, label: str | None, scope: Scope,
               locations: dict[str, Location], recall: Recall | None) -> RungResult:
-        if recall is None:
+        # What an address stands for is not among what is remembered of names.
+        if recall is None or self.unnamed and "%" in rung.span.text:
             return self._fresh(rung, key, label, scope, locations)
         with self.timings.of("recall"):
             name = recall.name(rung, key, label)
