@@ -144,7 +144,7 @@ END_PROGRAM
     assert [d.code for d in checked(text, "main.st").diagnostics] == [code]
 
 
-@pytest.mark.parametrize("section", ["VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT", "VAR_TEMP", "VAR CONSTANT"])
+@pytest.mark.parametrize("section", ["VAR_OUTPUT", "VAR_TEMP", "VAR CONSTANT"])
 def test_only_a_variable_with_state_holds_one(section: str) -> None:
     text = f"""TYPE T : STRUCT t : TON; END_STRUCT; END_TYPE
 FUNCTION_BLOCK b

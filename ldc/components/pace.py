@@ -9,8 +9,10 @@ from ldc.components import findings
 from ldc.components.descriptor import Component
 from ldc.diagnostics import Diagnostics
 from ldc.il.areas import SLAVES
-from ldc.il.placement import NoRoom, placed
+from ldc.il.placement import NoRoom, holds_algorithm, placed
 from ldc.il.program import Program
+from ldc.model.declaration_findings import cannot_be_lent
+from ldc.types import blocks_in, holds_blocks
 
 
 def slaves(processors: Mapping[str, str]) -> frozenset[int]:
@@ -47,6 +49,15 @@ def called(components: Iterable[Component], slaves: Set[int], target: str, diagn
     for component in components:
         if slave_of(component, slaves) is not None:
             findings.called_here(diagnostics, component.span("function", "period_us"), component.name, target)
+
+
+def lent(program: Program, diagnostics: Diagnostics) -> None:
+    """Tells of pins that take instances with algorithms in them: a slave executes these in their places."""
+    for unit in program.units:
+        for variable in unit.arguments:
+            if holds_blocks(variable.type) and holds_algorithm(variable.type, program):
+                cannot_be_lent(diagnostics, variable.span, variable.name,
+                               f"a slave executes {next(blocks_in(variable.type))}")
 
 
 def room(program: Program, components: Mapping[str, Component], diagnostics: Diagnostics) -> None:

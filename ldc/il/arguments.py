@@ -9,10 +9,11 @@ from ldc.il.operands import Operand
 from ldc.il.scan import Argument
 from ldc.model import call_findings
 from ldc.model.names import suggest
+from ldc.model.type_findings import described
 from ldc.model.values import coerce
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
-from ldc.types import Type
+from ldc.types import Type, holds_blocks
 
 
 def pins(machine: Machine, arguments: list[Argument], signature: Signature
@@ -57,8 +58,21 @@ def argument_value(machine: Machine, argument: Argument, parameter: Parameter) -
     if argument.start == argument.end:
         findings.operand_missing(machine.diagnostics, name_span(machine, argument), parameter.name, "a value")
         return None
+    if holds_blocks(parameter.type):
+        return _instance(machine, argument, parameter, span)
     value = machine.operands.value(argument.start, argument.end, parameter.type)
     return coerced(machine, value, parameter.type, span, f"pin `{parameter.name}`")
+
+
+def _instance(machine: Machine, argument: Argument, parameter: Parameter, span: Span) -> Load | None:
+    """An instance that is handed over, or what holds some."""
+    place = machine.operands.place(argument.start, argument.end, write=False)
+    if place is not None and place.type != parameter.type:
+        call_findings.bad_in_out(machine.diagnostics, span, parameter.name,
+                                 f"this is {described(place.type)}",
+                                 f"give it a variable of type {parameter.type}", changed=False)
+        return None
+    return None if place is None else Load(place, span)
 
 
 def coerced(machine: Machine, value: Operand | None, wanted: Type, span: Span, what: str):

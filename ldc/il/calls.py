@@ -9,11 +9,11 @@ from ldc.il.enabling import apart
 from ldc.il.machine import Machine
 from ldc.il.operands import member
 from ldc.il.scan import Argument, Line
-from ldc.model import type_findings
+from ldc.model import places, type_findings
 from ldc.model.action_calls import Called, selector
 from ldc.model.values import coerce, same
 from ldc.symbols import ACTION, Parameter, Signature
-from ldc.types import Instance, Type
+from ldc.types import Instance, Type, holds_blocks
 
 # Input operators of the standard blocks (2nd edition, table 54): they set a pin and call.
 _INPUT_OPERATORS = frozenset("S R S1 R1 CLK CU CD LD PV IN PT".split())
@@ -34,7 +34,8 @@ def input_operator(machine: Machine, line: Line) -> bool:
     pin = next((p for p in signature.inputs if p.name.upper() == line.op), None) if signature else None
     if pin is None:
         return False
-    if machine.use(line.op) and machine.convert(pin.type, line.op):
+    if places.lent(machine.scope, place, machine.diagnostics) and machine.use(line.op) and machine.convert(
+            pin.type, line.op):
         machine.emit("ST", member(place, pin.name, pin.type), pin.type)
         machine.emit("CAL", place, place.type)
     machine.define(None)
@@ -62,6 +63,9 @@ def instance(machine: Machine, line: Line) -> None:
         if place is not None:
             findings.not_callable(machine.diagnostics, machine.span_of(line.start, end), line.op,
                                   f"this is {type_findings.described(place.type)}")
+        machine.define(None)
+        return
+    if not places.lent(machine.scope, place, machine.diagnostics):
         machine.define(None)
         return
     conditional = line.op != "CAL"
@@ -95,6 +99,9 @@ def instance(machine: Machine, line: Line) -> None:
 
 def _action(machine: Machine, line: Line, action: Called) -> None:
     """``CAL action`` or ``CAL instance.action``, with nothing but EN and ENO in parentheses."""
+    if action.instance is not None and not places.lent(machine.scope, action.instance, machine.diagnostics):
+        machine.define(None)
+        return
     conditional = line.op != "CAL"
     if conditional and not machine.condition(line.op):
         return
@@ -140,6 +147,11 @@ def _take_pin(machine: Machine, place: Place, parameter: Parameter, argument: Ar
     if target is None:
         return
     pin = member(place, parameter.name, parameter.type)
+    if holds_blocks(parameter.type):  # given back
+        places.lent(machine.scope, target, machine.diagnostics)
+        machine.emit("LD", pin, pin.type)
+        machine.emit("ST", target, pin.type)
+        return
     value = coerce(Load(pin), target.type, machine.diagnostics, name_span(machine, argument),
                    f"`{target}`")
     if value is None:

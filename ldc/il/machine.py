@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Place
 from ldc.il import findings
@@ -81,9 +83,10 @@ class Machine:
 
     def value(self, start: int, end: int, whole: bool = False) -> Operand | None:
         """The operand at these offsets when it is a single value or, with ``whole``, an array or a
-        structure to be copied."""
+        structure to be copied. What the next line hands over may also be, or hold, an instance."""
         found = self.operands.value(start, end, self.acc.type if isinstance(self.acc.type, Enum) else None)
-        if isinstance(found, Place) and not (is_scalar(found.type) or whole and copied(found.type)):
+        if isinstance(found, Place) and not (is_scalar(found.type) or whole and (
+                copied(found.type) or self._taken_next())):
             what = described(found.type)
             help = "name one of its outputs, `instance.pin`" if isinstance(found.type, Instance) \
                 else "load its elements one by one"
@@ -91,6 +94,19 @@ class Machine:
                                  f"this is {what}", help)
             return None
         return found
+
+    def _taken_next(self) -> bool:
+        """Whether the next line takes instances: a FUNCTION of the project, or a store to a pin or variable
+        that holds some."""
+        line = self.next
+        if line is None or line.label:
+            return False
+        if line.op != "ST":
+            called = self.scope.signature(line.op)
+            return called is not None and called.kind == "FUNCTION"
+        root = re.match(r"\w*", self.operands.source.text[line.start:line.end])[0]
+        found = self.scope.variable(root.upper())
+        return found is not None and holds_blocks(found[0].type)
 
     def load(self, op: str, value: Operand | None) -> None:
         """The value becomes that of the accumulator; None after an error."""

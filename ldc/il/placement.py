@@ -243,6 +243,11 @@ def _within(path: str, type_: Type, units: dict[str, Unit], known: dict[Type, bo
         yield from _within(path + step, inner, units, known, kept)
 
 
+def holds_algorithm(type_: Type, program: Program) -> bool:
+    """Whether a slave executes something in a value of the type."""
+    return _holds(type_, {unit.name.upper(): unit for unit in program.units}, {})
+
+
 def _holds(type_: Type, units: dict[str, Unit], known: dict[Type, bool]) -> bool:
     """Whether a value of the type has an algorithm in it; each type is looked into once."""
     found = known.get(type_)

@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 
 from ldc.diagnostics import Diagnostics
+from ldc.expr import Place
 from ldc.il import calls, findings, function_calls, operators
 from ldc.il.accumulator import POISON
 from ldc.il.carried import Carried, wanting
 from ldc.il.machine import Machine, copied
 from ldc.il.program import Unit
 from ldc.il.scan import DEFERRED, Line, Mark
-from ldc.model.names import suggest
+from ldc.model import places
+from ldc.model.names import PREFIX, suggest
 from ldc.model.project import Pou
 from ldc.model.type_findings import described
 from ldc.patterns import Pattern
@@ -153,7 +155,7 @@ class Reader(Machine):
         place = self.operands.place(line.start, line.end, write=True)
         if not self.use(line.op) or place is None:
             return
-        if not copied(place.type):
+        if not copied(place.type) and not self._handed_over(place):
             findings.wrong_types(self.diagnostics, self.at, f"`{place}` takes no value",
                                  f"this is {described(place.type)}", "store to its inputs one by one")
             return
@@ -166,6 +168,19 @@ class Reader(Machine):
                 self.emit(line.op, place)
             return
         self.store(line.op, place)
+
+    def _handed_over(self, place: Place) -> bool:
+        """Whether an instance is stored to a pin or taken back from one, as the compiler prints it, or to or
+        from its temporary for a FUNCTION."""
+        last = self.code[-1]
+        source = last.operand if last.op == "LD" and isinstance(last.operand, Place) else None
+        return source is not None and any(map(self._is_lent, (source, place)))
+
+    def _is_lent(self, place: Place) -> bool:
+        if not place.steps:
+            return place.root.upper().startswith(PREFIX)
+        *_, last = places.owners(self.scope, place, place.steps)
+        return places.handed_pin(self.scope, *last) is not None
 
     def _jump(self, line: Line) -> None:
         if self.outside(f"`{line.op}`") and self.operand(line, "a label"):

@@ -20,7 +20,7 @@ from ldc.il.program import Program, Unit
 from ldc.il.reads import loads, read_once, reads
 from ldc.records import replace
 from ldc.symbols import Variable
-from ldc.types import DINT, Array, Instance, Struct, Type
+from ldc.types import DINT, Array, Instance, Struct, Type, holds_blocks
 
 _INFIX = {"OR": (1, "OR"), "XOR": (2, "XOR"), "AND": (3, "AND"), "EQ": (4, "="), "NE": (4, "<>"),
           "LT": (5, "<"), "GT": (5, ">"), "LE": (5, "<="), "GE": (5, ">="), "ADD": (6, "+"), "SUB": (6, "-"),
@@ -108,6 +108,9 @@ class _Body:
         self.indent = 1
         self.own = {v.name.upper(): v for v in unit.variables}
         self.pins: list[tuple[Place, Expr]] = []
+        # Instances that calls are given: by pins, and by the temporaries that FUNCTIONs work on.
+        self.lent: list[tuple[Place, Expr]] = []
+        self.lenders: dict[str, Expr] = {}
         self.used: dict[str, Place] = {}
         self.within = read_once(self.code.statements)
         # Calls that wait for the expression that reads their result, by its temporary.
@@ -121,7 +124,8 @@ class _Body:
         result = f" : {type_text(unit.result)}" if unit.result is not None else ""
         title = f" (* {_comment(unit.title)} *)" if unit.title else ""
         own = [v for v in unit.variables
-               if not (unit.kind == "FUNCTION" and v.name.upper() == unit.name.upper())]
+               if not (unit.kind == "FUNCTION" and v.name.upper() == unit.name.upper())
+               and not (v.kind == "temp" and holds_blocks(v.type))]  # of instances lent to a FUNCTION
         temps = [replace(v, name=self.names[v.name.upper()]) for v in self.code.temporaries
                  if v.name.upper() in self.named]
         if self.plan.segments:
@@ -210,6 +214,9 @@ class _Body:
     # ---- statements
 
     def assign(self, s: il.Assign) -> None:
+        if holds_blocks(s.target.type):
+            self._lend(s)
+            return
         if self._is_pin(s.target):
             if self.pins and not _same_instance(self.pins[0][0], s.target.root, s.target.steps[:-1]):
                 self._flush()
@@ -218,6 +225,13 @@ class _Body:
             self.pins.append((s.target, s.value))
             return
         self._line(f"{self._place(s.target)} := {self._text(s.value)};")
+
+    def _lend(self, s: il.Assign) -> None:
+        """An instance that a call is given is named in it; that it is taken back needs no words."""
+        if self._is_pin(s.target):
+            self.lent.append((s.target, s.value))
+        elif s.target.root.upper().startswith(_PREFIX):
+            self.lenders[s.target.root.upper()] = s.value
 
     def _is_pin(self, target: Place) -> bool:
         """Whether it is an input of an instance, set by its name: such ones join their call."""
@@ -256,15 +270,19 @@ class _Body:
     def block(self, s: il.CallBlock) -> None:
         pins = self.pins
         instance = s.instance
+        mine = [pin for pin in self.lent if _same_instance(pin[0], instance.root, instance.steps)]
+        self.lent = [pin for pin in self.lent if pin not in mine]
         joined = s.condition is None and pins and _same_instance(pins[0][0], instance.root, instance.steps)
         names = [target.steps[-1].name.upper() for target, _ in pins]
         own = any(p.root == s.instance.root for _, value in pins for p in loads(value))
         if not joined or len(set(names)) < len(names) or own:
-            self._when(s.condition, f"{self._place(s.instance)}();")
+            self._when(s.condition, f"{self._place(s.instance)}({self._given(mine)});")
             return
         self.pins = []
-        given = ", ".join(f"{target.steps[-1].name} := {self._text(value)}" for target, value in pins)
-        self._line(f"{self._place(s.instance)}({given});")
+        self._line(f"{self._place(s.instance)}({self._given((*pins, *mine))});")
+
+    def _given(self, pins: Iterable[tuple[Place, Expr]]) -> str:
+        return ", ".join(f"{target.steps[-1].name} := {self._text(value)}" for target, value in pins)
 
     def function(self, s: il.CallFunction) -> None:
         if s in self.within:
@@ -276,7 +294,11 @@ class _Body:
         outputs = {name.upper(): place for name, place in s.outputs}
         given = []
         for variable, value in zip(s.function.arguments, s.arguments, strict=True):
-            if variable.kind == "in_out":
+            if holds_blocks(variable.type):
+                outputs.pop(variable.name.upper(), None)
+                value = self.lenders.get(value.place.root.upper(), value)
+                given.append(f"{variable.name} := {self._text(value)}")
+            elif variable.kind == "in_out":
                 place = outputs.pop(variable.name.upper())
                 self._line(f"{self._place(place)} := {self._text(value)};")
                 given.append(f"{variable.name} := {self._place(place)}")

@@ -65,6 +65,8 @@ def block(
     env: Environment, found: Called, node: ast.Block, net_of: NetOf, diagnostics: Diagnostics
 ) -> Block | None:
     """The call as a block with EN and ENO, and no other pins."""
+    if found.instance is not None and not places.lent(env, found.instance, diagnostics):
+        return None
     signature = Signature(ACTION, found.owner.actions[found.number - 1])
     made = Wiring(env, node, signature, net_of, diagnostics).function()
     if made is None or found.instance is None:

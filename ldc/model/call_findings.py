@@ -93,9 +93,17 @@ def bad_power_pin(diagnostics: Diagnostics, span: Span, message: str, label: str
     diagnostics.error("LD0510", message, span, label, help=help)
 
 
-def bad_in_out(diagnostics: Diagnostics, span: Span, pin: str, label: str, help: str) -> None:
-    diagnostics.error("LD0511", f"pin `{pin}` is VAR_IN_OUT and needs a variable of its own type", span,
+def bad_in_out(diagnostics: Diagnostics, span: Span, pin: str, label: str, help: str,
+               changed: bool = True) -> None:
+    """``changed``: False for an input that takes an instance, to read it."""
+    what = "is VAR_IN_OUT" if changed else "takes an instance"
+    diagnostics.error("LD0511", f"pin `{pin}` {what} and needs a variable of its own type", span,
                       label, help=help)
+
+
+def only_read(diagnostics: Diagnostics, span: Span, name: str, why: str, help: str) -> None:
+    """An instance that is called or changed where it can only be read."""
+    diagnostics.error("LD0244", f"`{name}` can only be read here", span, why, help=help)
 
 
 def mixed_arguments(diagnostics: Diagnostics, span: Span, name: str) -> None:

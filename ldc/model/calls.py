@@ -9,7 +9,7 @@ from ldc.expr import Apply, Const, Expr, Output
 from ldc.library import conversion, functions
 from ldc.library.table import Function
 from ldc.model import call_findings as findings
-from ldc.model import bytes_of, expressions, places, type_findings, wiring
+from ldc.model import bytes_of, expressions, pins, places, type_findings, wiring
 from ldc.model.environment import Environment
 from ldc.model.names import suggest
 from ldc.model.values import Untyped, Value
@@ -18,7 +18,7 @@ from ldc.records import replace
 from ldc.source import Span
 from ldc.symbols import Parameter, Signature
 from ldc.types import (
-    DINT, ELEMENTARY, Array, Elementary, Instance, Subrange, Type, default, is_scalar)
+    DINT, ELEMENTARY, Array, Elementary, Instance, Subrange, Type, default, holds_blocks, is_scalar)
 
 
 _INSTEAD = dict.fromkeys(("ADR", "REF", "__NEW", "__DELETE"),
@@ -214,7 +214,9 @@ def _project_function(
     missing, bare = [], []
     for parameter in signature.inputs:
         argument = given.get(parameter.name.upper())
-        if argument is not None:
+        if argument is not None and holds_blocks(parameter.type):
+            typed.append(pins.lent_to_input(env, argument.value, parameter, diagnostics))
+        elif argument is not None:
             typed.append(expressions.expression(env, argument.value, parameter.type, diagnostics,
                                                 f"pin `{parameter.name}`"))
         elif (unset := default_argument(parameter, by_name(env, node.arguments))) is not None:

@@ -158,6 +158,12 @@ def not_allowed_here(diagnostics: Diagnostics, span: Span, message: str, label: 
     diagnostics.error("LD0217", message, span, label, help=help)
 
 
+def cannot_be_lent(diagnostics: Diagnostics, span: Span, name: str, why: str) -> None:
+    """A pin for instances that are bound to where they are declared."""
+    diagnostics.error("LD0245", f"instances at `{name}` cannot be handed over", span, why,
+                      help="call the instance where it is declared, and hand over its outputs")
+
+
 def bad_edge(diagnostics: Diagnostics, span: Span, name: str, word: str, where: str) -> None:
     diagnostics.error("LD0236", f"`{name}` cannot have {word}", span, where,
                       help="an edge is that of a BOOL in VAR_INPUT of a FUNCTION_BLOCK; elsewhere use an "

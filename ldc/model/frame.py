@@ -22,6 +22,9 @@ KINDS = {
 }
 _KEPT = frozenset(("RETAIN", "PERSISTENT"))
 _PINS = frozenset(("input", "output", "in_out"))
+CALLED = ("FUNCTION", "FUNCTION_BLOCK")
+HANDED = ("VAR_INPUT", "VAR_IN_OUT")
+"""Where a POU that is called takes instances of its callers."""
 _FUNCTION_PINS = frozenset(("EN", "ENO", "OUT"))
 
 
@@ -178,10 +181,15 @@ class Frame:
         held = next(blocks_in(type_), None)
         if held is None:
             return True
+        if block.kind in HANDED and self.kind in CALLED:
+            return True  # that of the caller, lent for a call
         if self.kind == "FUNCTION":
-            where, help = "a FUNCTION", "a FUNCTION has no memory: make it a FUNCTION_BLOCK"
+            where = "a FUNCTION"
+            help = ("a FUNCTION has no memory: make it a FUNCTION_BLOCK, or let callers give an instance by "
+                    "VAR_IN_OUT")
         elif block.kind not in ("VAR", "VAR_GLOBAL", "VAR_EXTERNAL"):
-            where, help = block.kind, "declare the instance in VAR and pass values by its pins"
+            where = block.kind
+            help = "declare the instance in VAR, or in VAR_IN_OUT where the caller gives one of its own"
         elif "CONSTANT" in block.qualifiers:
             where, help = "VAR CONSTANT", "declare the instance in VAR"
         else:

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from ldc.diagnostics import Diagnostics
 from ldc.free_names import free_name
 from ldc.model import declaration_findings as findings
+from ldc.model.frame import HANDED
 from ldc.model.project import Model
 from ldc.parser import ast
 from ldc.parser.unparse import type_text
@@ -259,6 +260,11 @@ class _Configuring:
         for declared in block.variables:
             given = entry.inner.get(declared.name.upper()) if entry is not None else None
             path = f"{prefix}{declared.name}"
+            if block.kind in HANDED and block_of(declared.type) in self.open:
+                findings.cannot_be_lent(self.diagnostics, declared.span, declared.name,
+                                        f"{type_text(declared.type)} has an address that VAR_CONFIG gives")
+                made.append(declared)
+                continue
             if _is_open(declared) and block.kind in _PLACED:
                 made.append(self._placed(declared, given, path, inside))
             else:

@@ -67,6 +67,8 @@ def block(
     if own is None or not own.called(key):
         _instance_mismatch(env, node, place, signature, diagnostics)
         return None
+    if not places.lent(env, place, diagnostics):
+        return None
     return Wiring(env, node, own, net_of, diagnostics).function_block(place)
 
 

@@ -13,7 +13,7 @@ from ldc.model.environment import Environment
 from ldc.model.values import Value, coerce, storable
 from ldc.parser import ast
 from ldc.symbols import Parameter
-from ldc.types import BOOL, storage
+from ldc.types import BOOL, holds_blocks, storage
 
 NetOf = Callable[[ast.Branches | ast.Junction], Net]
 
@@ -29,6 +29,9 @@ def pin_in(
 ) -> PinIn | None:
     """An input with what feeds it: an expression of the pin's type, or a net. ``known``: the value at
     the pin when it is typed already."""
+    if holds_blocks(parameter.type):
+        lent = lent_to_input(env, pin.value, parameter, diagnostics)
+        return None if lent is None else PinIn(parameter.name, parameter.type, lent, pin.span)
     if type(pin.value) is ast.Branches and storage(parameter.type) != BOOL:
         findings.network_on_value_pin(diagnostics, pin.value.span, parameter.name, str(parameter.type))
         return None
@@ -40,6 +43,14 @@ def pin_in(
         return None
     source = coerce(known, parameter.type, diagnostics, pin.value.span, f"pin `{parameter.name}`")
     return None if source is None else PinIn(parameter.name, parameter.type, source, pin.span)
+
+
+def lent_to_input(
+    env: Environment, node: ast.Expr, parameter: Parameter, diagnostics: Diagnostics
+) -> Load | None:
+    """What is at an input that takes an instance, to read it: the caller's, as it is before the call."""
+    place = _variable(env, node, parameter, diagnostics, write=False)
+    return None if place is None else Load(place, node.span)
 
 
 def pin_out(
@@ -66,18 +77,27 @@ def pin_in_out(
     env: Environment, pin: ast.Pin, parameter: Parameter, diagnostics: Diagnostics
 ) -> tuple[PinIn, PinOut] | None:
     """A VAR_IN_OUT pin: copied in before the call, copied out after it."""
-    if is_net(pin) or type(pin.value) in (ast.Literal, ast.EnumLiteral, ast.Unary, ast.Binary, ast.Call):
-        findings.bad_in_out(diagnostics, pin.value.span, parameter.name, "this is no variable",
-                            f"write `{parameter.name} := variable`")
-        return None
-    place: Place | None = places.place(env, pin.value, diagnostics, write=True)
-    if place is None:
-        return None
-    if place.type != parameter.type:
-        findings.bad_in_out(diagnostics, pin.value.span, parameter.name,
-                            f"this is {type_findings.described(place.type)}",
-                            f"give it a variable of type {parameter.type}")
+    place = _variable(env, pin.value, parameter, diagnostics, write=True)
+    if place is None or holds_blocks(place.type) and not places.lent(env, place, diagnostics):
         return None
     source = Load(place, pin.value.span)
     return (PinIn(parameter.name, parameter.type, source, pin.span),
             PinOut(parameter.name, parameter.type, place, pin.span))
+
+
+def _variable(
+    env: Environment, node: ast.Expr, parameter: Parameter, diagnostics: Diagnostics, write: bool
+) -> Place | None:
+    """The variable that is given to a pin, of just the type of the pin."""
+    if type(node) in (
+            ast.Branches, ast.Junction, ast.Literal, ast.EnumLiteral, ast.Unary, ast.Binary, ast.Call):
+        findings.bad_in_out(diagnostics, node.span, parameter.name, "this is no variable",
+                            f"write `{parameter.name} := variable`", changed=write)
+        return None
+    place = places.place(env, node, diagnostics, write)
+    if place is not None and place.type != parameter.type:
+        findings.bad_in_out(diagnostics, node.span, parameter.name,
+                            f"this is {type_findings.described(place.type)}",
+                            f"give it a variable of type {parameter.type}", changed=write)
+        return None
+    return place

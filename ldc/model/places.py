@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Expr, FieldStep, IndexStep, Place, Step
 from ldc.model import call_findings, declaration_findings, expressions, parts
@@ -12,7 +14,7 @@ from ldc.model.values import AnyEnum, Untyped, as_index, settle
 from ldc.parser import ast
 from ldc.records import replace
 from ldc.source import Span
-from ldc.symbols import Location, Variable
+from ldc.symbols import Location, Parameter, Variable
 from ldc.types import (
     BOOL,
     BYTE,
@@ -29,6 +31,7 @@ from ldc.types import (
     Struct,
     Subrange,
     Type,
+    holds_blocks,
 )
 
 _ADDRESS_TYPES = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
@@ -96,9 +99,56 @@ def place(env: Environment, node: ast.Expr, diagnostics: Diagnostics, write: boo
             return None
         steps.append(stepped[0])
         type_ = stepped[1]
-    if write and not _writable(env, node, root, variable, is_global, read_only, diagnostics):
+    found = Place(root, type_, tuple(steps), is_global, node.span)
+    if write and not (_own(env, found, steps[:-1], diagnostics) and _writable(
+            env, node, root, variable, is_global, read_only, diagnostics)):
         return None
-    return Place(root, type_, tuple(steps), is_global, node.span)
+    return found
+
+
+def lent(env: Environment, place: Place, diagnostics: Diagnostics) -> bool:
+    """Whether an instance, or what holds some, may be called or changed: not the copy that an input has, nor
+    what another instance was lent, which is over with its call."""
+    return _own(env, place, place.steps, diagnostics)
+
+
+def _own(env: Environment, place: Place, steps: Sequence[Step], diagnostics: Diagnostics) -> bool:
+    variable, is_global = env.variable(place.root.upper()) or (None, True)
+    if variable is not None and variable.kind == "input" and not is_global and holds_blocks(variable.type):
+        call_findings.only_read(diagnostics, place.span, variable.name, "VAR_INPUT of this POU",
+                                "declare it in VAR_IN_OUT")
+        return False
+    for owner, step in owners(env, place, steps):
+        pin = handed_pin(env, owner, step)
+        if pin is not None:
+            call_findings.only_read(diagnostics, place.span, pin.name, f"a pin of {owner}",
+                                    "name the instance that the call gave")
+            return False
+    return True
+
+
+def handed_pin(env: Environment, owner: Type, step: Step) -> Parameter | None:
+    """The pin of an instance that takes other instances, if the step leads to one."""
+    signature = env.signature(owner.pou) if isinstance(owner, Instance) else None
+    pin = signature.pin(step.name) if signature is not None else None
+    return pin if pin is not None and holds_blocks(pin.type) else None
+
+
+def owners(env: Environment, place: Place, steps: Sequence[Step]) -> Iterator[tuple[Type, Step]]:
+    """The steps into a variable that holds instances, each with the type of what it leads into."""
+    found = env.variable(place.root.upper())
+    type_ = None if found is None else found[0].type
+    for step in steps:
+        if type_ is None or not holds_blocks(type_):
+            return
+        yield type_, step
+        if isinstance(type_, Array):
+            type_ = type_.element
+        elif isinstance(type_, Struct):
+            type_ = type_.field(step.name).type
+        else:
+            pin = handed_pin(env, type_, step)
+            type_ = None if pin is None else pin.type
 
 
 def _by_path(

@@ -209,7 +209,8 @@ def coerce(
                 diagnostics, span, f"an instance of {got} is no value" if is_one
                 else f"{findings.described(got)} holds function blocks and is not copied",
                 "this is a function block" if is_one else "an instance stays where it is declared",
-                "name one of its outputs, `instance.pin`" if is_one else "copy the members that are values")
+                "name one of its outputs, `instance.pin`; a VAR_IN_OUT takes the whole" if is_one else
+                "copy the members that are values")
             return None
         return value
     if storable(got, wanted):

@@ -119,6 +119,7 @@ class _Compile:
             return result
         with self.timings.of("image"):
             program = self.program(units)
+            pace.lent(program, self.diagnostics)
             pace.room(program, self.components, self.diagnostics)
             if self.diagnostics.has_errors:
                 return result

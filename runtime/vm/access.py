@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
-from ldc.types import BOOL, Array, String, Struct, Type
+from ldc.types import BOOL, String, Type, is_scalar
 from runtime.layout import Packed, slot
 from runtime.vm import expression as ex
 from runtime.vm.expression import Expression
@@ -123,7 +123,7 @@ class Access(Writer):
                 return value
             text, depth = ex.within(value, ex.ATOM)
             return Expression(f"{text}[:{type_.length}]", type_, ex.ATOM, value.reads, depth + 1)
-        if isinstance(type_, Array | Struct):
+        if not is_scalar(type_):
             return Expression(f"{self.pool.copier(type_)}({value.text})", type_, ex.ATOM, value.reads, 1)
         return value
 

@@ -8,7 +8,7 @@ from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.il.flat import Flat
 from ldc.il.program import Unit
 from ldc.symbols import Location
-from ldc.types import Array, String, Struct, Type, is_scalar
+from ldc.types import String, Type, is_scalar
 from runtime.faults import IndexOutOfRange
 from runtime.faults import Place as CodePlace
 from runtime.layout import INTRINSIC, Home, Layout, slot
@@ -82,7 +82,7 @@ class Frame:
         """Writes a place: strings are cut, arrays and structures copied. Raises IndexOutOfRange."""
         if isinstance(place.type, String):
             value = cut(value, place.type)
-        elif isinstance(place.type, Array | Struct):
+        elif not is_scalar(place.type):
             value = self._memory.copier(place.type)(value)
         self._write(place, list(place.steps), value)
 

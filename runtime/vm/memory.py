@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from struct import Struct as Packer
 
+from ldc.il.layout import state
 from ldc.il.program import Unit
 from ldc.records import replace
-from ldc.symbols import Location
-from ldc.types import BOOL, Array, Elementary, Instance, Struct, Type, Value, default, is_scalar, storage
+from ldc.symbols import Location, Variable
+from ldc.types import (
+    BOOL, Array, Elementary, Field, Instance, Struct, Type, Value, default, is_scalar, storage)
 from runtime.layout import Cell, Home, Layout, Packed, slot
 from runtime.symbols import Key, Symbol
 
@@ -109,7 +111,7 @@ class Memory:
         """The class of a function block: one slot per variable that has state."""
         key = unit.name.upper()
         if key not in self._classes:
-            slots = tuple(slot(v.name) for v in unit.variables if v.kind not in ("temp", "external"))
+            slots = tuple(slot(v.name) for v in state(unit))
             self._classes[key] = type(f"FB_{slot(unit.name)}", (), {"__slots__": slots})
         return self._classes[key]
 
@@ -138,15 +140,14 @@ class Memory:
                 unit = self.layout.units[pou.upper()]
                 given = {name.upper(): value for name, value in initial or ()}
                 made = self.block_class(unit)()
-                for v in unit.variables:
-                    if v.kind not in ("temp", "external"):
-                        setattr(made, slot(v.name), self.fresh(v.type, given.get(v.name.upper(), v.initial)))
+                for v in state(unit):
+                    setattr(made, slot(v.name), self.fresh(v.type, given.get(v.name.upper(), v.initial)))
                 return made
         value = default(type_) if initial is None else initial
         return float(value) if isinstance(type_, Elementary) and type_.kind == "real" else value
 
     def copier(self, type_: Type) -> Callable:
-        """A function that copies an array or structure deeply."""
+        """A function that copies an array, a structure or an instance deeply."""
         match type_:
             case Array(element=element) if is_scalar(element):
                 return list
@@ -154,18 +155,24 @@ class Memory:
                 copy_one = self.copier(element)
                 return lambda value: [copy_one(v) for v in value]
             case Struct(fields=fields):
-                make = self._struct_class(type_)
-                parts = [(slot(f.name), None if is_scalar(f.type) else self.copier(f.type)) for f in fields]
-
-                def copy(value):
-                    made = make()
-                    for name, deep in parts:
-                        part = getattr(value, name)
-                        setattr(made, name, deep(part) if deep else part)
-                    return made
-
-                return copy
+                return self._member_copier(self._struct_class(type_), fields)
+            case Instance(pou=pou):
+                unit = self.layout.units[pou.upper()]
+                return self._member_copier(self.block_class(unit), state(unit))
         raise TypeError(f"a value of {type_} cannot be assigned")
+
+
+    def _member_copier(self, make: type, members: Sequence[Field] | Sequence[Variable]) -> Callable:
+        parts = [(slot(m.name), None if is_scalar(m.type) else self.copier(m.type)) for m in members]
+
+        def copy(value):
+            made = make()
+            for name, deep in parts:
+                part = getattr(value, name)
+                setattr(made, name, deep(part) if deep else part)
+            return made
+
+        return copy
 
 
 def packed_name(home: Packed) -> str:
