@@ -132,6 +132,25 @@ END_PROGRAM
     assert [d.code for d in told.diagnostics] == ["LD0503"]
 
 
+@pytest.mark.parametrize("order", ["i := i, t := ts[i], v := vs[i], n => i", "n => i, v := vs[i], t := ts[i], i := i"])
+def test_the_element_that_was_given_comes_back_though_the_call_changes_the_index(tmp_path: Path, order: str) -> None:
+    text = f"""FUNCTION_BLOCK following
+VAR_INPUT i : INT; END_VAR
+VAR_OUTPUT n : INT; END_VAR
+VAR_IN_OUT t : TON; v : INT; END_VAR
+    t(IN := TRUE, PT := T#20ms); v := v + 1;
+    n := i + 1;
+END_FUNCTION_BLOCK
+PROGRAM main
+VAR f : following; ts : ARRAY [0..9] OF TON; vs : ARRAY [0..9] OF INT; i : INT; END_VAR
+    i := 0;
+    f({order});
+END_PROGRAM
+"""
+    names = ("ts[0].IN", "ts[1].IN", "vs[0]", "vs[1]", "i")
+    assert trace(tmp_path, text, "main.st", [{}] * 2, names)[-1] == (True, False, 2, 0, 1)
+
+
 def test_values_without_names_go_to_pins_in_declared_order(tmp_path: Path) -> None:
     """A VAR_IN_OUT that is declared first takes the first value, whatever section follows."""
     text = """FUNCTION take : INT VAR_IN_OUT from : INT; END_VAR VAR_INPUT n : INT; END_VAR VAR_IN_OUT into : INT; END_VAR

@@ -57,7 +57,7 @@ VARIABLES = """
     ("<parts: CTU(CU := a, PV := n, CV => d) in=R>", "CTU(CU:=a, PV:=n, CV=>d) R>Q"),
     ("<quiet: silent(n := 5, m => n) in=_ out=_>", "SILENT(n:=5:INT, m=>n) None>None"),
     ("<two: both(5, a, total := n)>", "BOTH(n:=5:INT, stop:=a, total:=n, total=>n) go>done"),
-    ("<two: both(total := n, late => a) out=late>", "BOTH(total:=n, late=>a, total=>n) go>late"),
+    ("<two: both(total := n, late => a) out=late>", "BOTH(total:=n, total=>n, late=>a) go>late"),
     ("<MOVE(IN := 1200, OUT => n)>", "MOVE(IN:=1200:INT, OUT=>n) EN>ENO"),
     ("<MOVE(IN := 200, OUT => us)>", "MOVE(IN:=200:USINT, OUT=>us) EN>ENO"),
     ("<MOVE(IN := 16#FF, OUT => byt)>", "MOVE(IN:=255:BYTE, OUT=>byt) EN>ENO"),

@@ -88,7 +88,7 @@ def instance(machine: Machine, line: Line) -> None:
         if not argument.output:
             _set_pin(machine, place, parameter, argument)
     machine.emit("CAL", place, place.type)
-    for parameter, argument in given:
+    for parameter, argument in sorted(given, key=lambda pin: pin[0] not in signature.in_outs):
         if argument.output or parameter in signature.in_outs:
             _take_pin(machine, place, parameter, argument)
     enabling.end()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from ldc.diagnostics import Diagnostics
-from ldc.expr import Place
+from ldc.expr import Const, Place
 from ldc.model import call_findings as findings
 from ldc.model import calls
 from ldc.model.elements import Block, PinIn, PinOut
@@ -180,9 +180,12 @@ class Wiring:
         self, instance: Place | None, given: dict[str, ast.Pin], unset: list[PinIn],
         power_in: Parameter | None, power_out: Parameter | None,
     ) -> Block | None:
-        """The pins in declared order; an in_out pin is read before the call and written after it."""
+        """The pins in declared order; an in_out pin is read before the call and written after it. Of a function
+        block they are written before its outputs are taken, those with computed indexes first: the element that
+        was given is written, though the call changes the index."""
         inputs: dict[str, PinIn | None] = {pin.pin: pin for pin in unset}
         outputs: list[PinOut | None] = []
+        copied: list[PinOut | None] = []
         for parameter in self.inputs:
             if (pin := given.get(parameter.name)) is not None:
                 inputs[parameter.name] = pin_in(self.env, pin, parameter, self.net_of, self.diagnostics,
@@ -192,10 +195,13 @@ class Wiring:
                 outputs.append(pin_out(self.env, pin, parameter, self.net_of, self.diagnostics))
         for parameter in self.in_outs:
             both = pin_in_out(self.env, given[parameter.name], parameter, self.diagnostics)
-            inputs[parameter.name], copied = both or (None, None)
-            outputs.append(copied)
-        if None in inputs.values() or None in outputs:
+            inputs[parameter.name], copy = both or (None, None)
+            copied.append(copy)
+        if None in inputs.values() or None in outputs or None in copied:
             return None
+        copied.sort(key=lambda pin: instance is not None and all(
+            isinstance(index, Const) for index in pin.target.indexes()))
+        outputs = outputs + copied if instance is None else copied + outputs
         ordered = tuple(inputs[p.name] for p in (*self.inputs, *self.in_outs) if p.name in inputs)
         return Block(self.signature.name.upper(), self.signature, instance, ordered, tuple(outputs),
                      power_in.name if power_in is not None else None,
