@@ -68,8 +68,8 @@ class Compiled:
     """``program`` and ``image`` are None when there were errors. ``project``: what was written, with a
     name for each variable (``ldc.model.unnamed``); ``meant``: with function blocks for programs that are called
     (``ldc.model.program_calls``) and bounds for arrays without (``ldc.model.open_arrays``).
-    ``units``: rungs by POU name; ``timings``: seconds by stage; ``components``: those of the program by name in capitals; ``natives``:
-    the ones in C and C++, which engines build and call."""
+    ``units``: rungs by POU name; ``timings``: seconds by stage; ``components``: those of the program by name in
+    capitals; ``natives``: the ones in C and C++, which engines build and call."""
 
     sources: Sources
     diagnostics: Diagnostics

@@ -26,8 +26,9 @@ _END, _PERIOD = 0, 1
 
 @dataclass(slots=True, eq=False)
 class _Processor:
-    """``bit``: that of its index; ``ready``: a heap of (order, time, number, thread); ``stack``: the thread in execution on top of those
-    that it pre-empted; ``busy``: a piece is in work; ``scan``: the thread that ``customised`` follow."""
+    """``bit``: that of its index; ``ready``: a heap of (order, time, number, thread); ``stack``: the thread in
+    execution on top of those that it pre-empted; ``busy``: a piece is in work; ``scan``: the thread that
+    ``customised`` follow."""
 
     index: int
     bit: int
