@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from random import Random
 
+import everywhere
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from il_build import program, simple, unit, var
@@ -328,3 +331,13 @@ def test_a_fault_while_stepping_ends_the_task_only() -> None:
 def test_an_empty_program_steps_to_its_end() -> None:
     stepper = Stepper(Machine(simple([var("a")])))
     assert stepper.step() is None and stepper.machine.scans == 1
+
+
+@pytest.mark.parametrize("member", ["x", "row[0]", "rows[k].x"])
+def test_what_was_loaded_stays_when_an_element_is_stored(tmp_path: Path, member: str) -> None:
+    """Of an element of an array the member was read later, after a store within brackets to the same."""
+    text = ("TYPE\n  inner : STRUCT x : INT; END_STRUCT;\n  point : STRUCT x : INT; row : ARRAY [0..1] OF INT; "
+            "rows : ARRAY [0..1] OF inner; END_STRUCT;\nEND_TYPE\n"
+            "PROGRAM main\nVAR\n  ps : ARRAY [0..2] OF point; i, k, n : INT;\nEND_VAR\n"
+            f"  LD ps[i].{member}\n  ADD( ps[i].{member}\n  ADD 5\n  ST ps[i].{member}\n  )\n  ST n\nEND_PROGRAM\n")
+    assert everywhere.trace(tmp_path, text, "main.il", [{}, {}, {"i": 1}], ["n"]) == [(5,), (15,), (5,)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ldc.expr import BitStep, Const, FieldStep, IndexStep, Place, strides
 from ldc.types import BOOL, String, Type, is_scalar
@@ -29,11 +29,11 @@ class Access(Writer):
         value = Expression(root.text, operand.type, reads=frozenset((root.key,)))
         if root.packed and not operand.steps:
             value.depth = 1
-        for step in operand.steps:
-            value = self._step(value, step, operand.type)
+        for number, step in enumerate(operand.steps, 1):
+            value = self._step(value, step, operand.type, operand.steps[number:])
         return value
 
-    def _step(self, value: Expression, step: object, type_: Type) -> Expression:
+    def _step(self, value: Expression, step: object, type_: Type, rest: Sequence[object]) -> Expression:
         match step:
             case FieldStep(name):
                 return Expression(f"{value.text}.{slot(name)}", type_, reads=value.reads)
@@ -47,7 +47,9 @@ class Access(Writer):
                 index = self._offset(step)
                 name = self._fresh()
                 self._emit(f"{name} = {value.text}[{index}]")
-                return Expression(name, type_)
+                # What is read of an element is read later, a value is read now.
+                is_value = not rest or type(rest[0]) is BitStep
+                return Expression(name, type_, reads=ex.NOTHING if is_value else value.reads)
         raise BadCode(f"no such step: {step!r}")
 
     def _offset(self, step: IndexStep) -> str:
