@@ -280,8 +280,8 @@ def test_a_timer_of_a_chart_inside_of_an_action_goes_with_it() -> None:
     text = INNER.replace("k := k + 1;", "k := k + 1; warm(IN := go, PT := T#20ms); q := warm.Q;")
     x, go = "0111111111", "0001111111"
     assert trace(outer(text, Level=LEVEL), "q k", x=x, go=go) == ["0000011111", "0001234567"]
-    other = outer(text, Level=LEVEL).replace("NOT x", "NOT warm.Q")
-    assert codes(other) == ["LD0217"]
+    shared = outer(text, Level=LEVEL).replace("NOT x", "NOT warm.Q")
+    assert trace(shared, "Busy.X q k", x=x, go=go) == ["0101011111", "0000011111", "0001234567"]
 
 
 def test_a_chart_inside_of_an_action_may_hold_another_one_but_not_itself() -> None:
