@@ -283,3 +283,9 @@ def test_printed_text_hands_over_in_the_call() -> None:
     program = compiled(text, "main.st").program
     assert "d(x := TRUE, t := timer);" in print_st(program)
     assert "ST      d.t\n    CAL     d\n    LD      d.t\n    ST      timer" in il_text.print_program(program)
+
+
+def test_what_is_no_instance_is_not_stored_to_one_in_il() -> None:
+    text = ("TYPE\n  pair : STRUCT a : INT; END_STRUCT;\nEND_TYPE\nPROGRAM main\nVAR\n  s : pair; t : TON;\n"
+            "  n : ARRAY [0..2] OF INT;\nEND_VAR\n  LD s.a\n  ST t\n  LD n[1]\n  ST t\nEND_PROGRAM\n")
+    assert [d.code for d in checked(text, "main.il").diagnostics] == ["LD0708", "LD0708"]

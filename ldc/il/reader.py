@@ -179,8 +179,8 @@ class Reader(Machine):
     def _is_lent(self, place: Place) -> bool:
         if not place.steps:
             return place.root.upper().startswith(PREFIX)
-        *_, last = places.owners(self.scope, place, place.steps)
-        return places.handed_pin(self.scope, *last) is not None
+        owners = tuple(places.owners(self.scope, place, place.steps))
+        return bool(owners) and places.handed_pin(self.scope, *owners[-1]) is not None
 
     def _jump(self, line: Line) -> None:
         if self.outside(f"`{line.op}`") and self.operand(line, "a label"):
