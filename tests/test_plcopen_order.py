@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 from plcopen_xml import block, coil, contact, fbd, ladder, rail, result, value
 from test_plcopen import built, run, said
@@ -56,6 +61,19 @@ def test_a_way_back_goes_through_contacts_as_often_as_it_meets_them() -> None:
                  contact(5, "c"), block(3, "XOR", {"IN1": 5, "IN2": 2}, ("OUT",)),
                  block(4, "TON", {"IN": 2, "PT": 9}, ("Q",), "t"), coil(6, "q", 2))
     assert run(xml, [{"a": 1, "c": 1}, {"a": 0}], "q t.IN XOR_3_OUT") == ["1 0 1", "0 0 1"]
+
+
+def test_the_code_of_a_loop_is_the_same_in_every_process(tmp_path: Path) -> None:
+    """Sets of texts have another order in each: contacts with one number in a loop changed places."""
+    outputs, source = ("6.OUT", "7.OUT", "9.OUT"), tmp_path / "loop.xml"
+    source.write_text(ladder(
+        "a b c d e q w : BOOL", rail(), contact(2, "a"), contact(3, "b"), contact(4, "c", outputs),
+        contact(10, "d", outputs[1:]), contact(11, "e", 10),
+        block(5, "OR", {"IN1": 2, "IN2": 4, "IN3": 11}, ("OUT",)), coil(8, "q", outputs[:2]), coil(12, "w", 4),
+        *(block(id_, name, {"IN1": "5.OUT", "IN2": 3}, ("OUT",)) for id_, name in ((6, "AND"), (7, "XOR"), (9, "OR")))))
+    found = {subprocess.run([sys.executable, "-m", "ldc.cli", "compile", str(source)], capture_output=True, check=True,
+                            env={**os.environ, "PYTHONHASHSEED": str(seed)}).stdout for seed in range(5)}
+    assert len(found) == 1
 
 
 def test_operators_behind_a_loop_know_their_types() -> None:

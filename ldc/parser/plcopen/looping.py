@@ -22,7 +22,7 @@ from ldc.records import replace
 def keep(drawing: Drawing, loops: Collection[Collection[str]]) -> None:
     """Have the contacts that lead from a block to one that has its turn not behind it read what was kept."""
     for loop in loops:
-        for block in [drawing.elements[id_] for id_ in loop if drawing.elements[id_].kind == "block"]:
+        for block in [e for e in drawing.elements.values() if e.kind == "block" and e.id in loop]:
             _Way(drawing, loop, block).change()
 
 
@@ -36,7 +36,7 @@ class _Way:
         work = [block]
         while work:
             for pin in work.pop().inputs:
-                for id_, _ in pin.sources:
+                for id_, _ in sorted(pin.sources):
                     if id_ in loop and id_ not in self.contacts and self.elements[id_].kind == "contact":
                         self.contacts[id_] = self.elements[id_]
                         work.append(self.elements[id_])
@@ -74,7 +74,7 @@ class _Way:
             pin.sources = frozenset(
                 (named[output[0]], output[1]) if output[0] in named else
                 self._kept(output) if is_contact and self.is_before(output) else output
-                for output in pin.sources)
+                for output in sorted(pin.sources))
 
     def _kept(self, output: Output) -> Output:
         """What an output was in the scan before: of a function, a variable that is written behind it."""

@@ -62,8 +62,9 @@ def in_loops(kinds: Mapping[str, str], sources: Mapping[str, Sequence[str]]
     for at, id_ in enumerate(kinds):
         if id_ in of:
             places[of[id_]].append(at)
-    for loop, own in zip(loops, places):
-        for at, id_ in zip(own, sorted(loop, key=lambda id_: (number[id_], kinds[id_] != "contact"))):
+    for own in places:
+        elements = [turns[at] for at in own]
+        for at, id_ in zip(own, sorted(elements, key=lambda id_: (number[id_], kinds[id_] != "contact"))):
             turns[at] = id_
     return turns, loops
 
