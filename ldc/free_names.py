@@ -13,3 +13,10 @@ def free_name(wanted: str, taken: Container[str], first: int = 2) -> str:
         name = f"{wanted}_{number}"
         number += 1
     return name
+
+
+def claimed(wanted: str, taken: set[str], first: int = 2) -> str:
+    """The same; from now on it is taken."""
+    name = free_name(wanted, taken, first)
+    taken.add(name.upper())
+    return name

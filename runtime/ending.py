@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""What ends a command in order."""
 INTERRUPTED, TERMINATED = 130, 143
 """As a shell reports a command that SIGINT or SIGTERM ended."""
 
@@ -37,7 +39,7 @@ class Heeded:
 def heed_once() -> None:
     """From now on the first SIGINT or SIGTERM raises in this process, and further ones do nothing: it
     ends."""
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in SIGNALS:
         signal.signal(number, _raise_once)
 
 
@@ -50,6 +52,6 @@ def _nothing(number: int, frame: FrameType | None) -> None:
 
 
 def _raise_once(number: int, frame: FrameType | None) -> None:
-    for each in (signal.SIGINT, signal.SIGTERM):
+    for each in SIGNALS:
         signal.signal(each, _nothing)
     raise Terminated if number == signal.SIGTERM else KeyboardInterrupt

@@ -30,7 +30,6 @@ _BEATS, _NOTE, _BASES, _SIZE = 0, 8, 512, 16 * 1024
 _FINISHED = _SIZE - 8
 _MOST = 48
 _POLL = 0.02
-_ENDING = (signal.SIGINT, signal.SIGTERM)
 _MOMENT = 2.0
 """Seconds that work which is ended has for putting things in order."""
 _PLACE = Pattern(r"(.+):(\d+)(?: \(discriminator \d+\))?\Z")
@@ -105,15 +104,15 @@ def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = Fal
     memory, watcher = mmap.mmap(-1, _SIZE), os.getpid()
     # A signal between the fork and the first line of the work would raise in the child as if it was this
     # process.
-    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    signal.pthread_sigmask(signal.SIG_BLOCK, ending.SIGNALS)
     child, before = os.fork(), {}
     if child == 0:
         _exit_with(work, memory, watcher)
     try:
         if orderly:
             before = {number: signal.signal(number, lambda number, frame: _kill(child, number))
-                      for number in _ENDING}
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+                      for number in ending.SIGNALS}
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ending.SIGNALS)
         return _watched(child, memory, hang)
     except BaseException:
         _end(child)
@@ -125,7 +124,7 @@ def guarded(work: Callable[[Beat], int], hang: float = HANG, orderly: bool = Fal
 
 def _end(child: int) -> None:
     """Asks it to end, and ends it when it does not: it may be in a component. Further signals wait."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    signal.pthread_sigmask(signal.SIG_BLOCK, ending.SIGNALS)
     _kill(child, signal.SIGTERM)
     end = time.monotonic() + _MOMENT
     try:
@@ -136,7 +135,7 @@ def _end(child: int) -> None:
     except ChildProcessError:
         return  # it has ended before
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ending.SIGNALS)
 
 
 def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap, watcher: int) -> None:
@@ -144,7 +143,7 @@ def _exit_with(work: Callable[[Beat], int], memory: mmap.mmap, watcher: int) -> 
     status = 3
     try:
         ending.heed_once()
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ending.SIGNALS)
         if end_with_parent(watcher):
             status = work(Beat(memory))
         sys.stdout.flush()

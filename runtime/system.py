@@ -121,7 +121,7 @@ class System:
                  events: Events | None = None, log: MutableSequence[Entry] | None = None,
                  seen: Callable[[Trace], None] | None = None, cost: Cost | None = None,
                  watchdogs: Mapping[str, int] | None = None,
-                 slave_watchdogs: Mapping[int, int] = {}) -> None:
+                 slave_watchdogs: Mapping[int, int] | None = None) -> None:
         self.shared = bytearray(shared_size())
         self._silences = getattr(plant, "silences", None)
         self._kept: Mapping[str, Retained] = {}  # what algorithms had when it was saved last
@@ -136,7 +136,7 @@ class System:
         self._ready: dict[bool, _Deployed] = {}
         self.master = MasterPart(runner, self._memory("master"), placed, coordination, note, self.now,
                                  on_emergency=self._stop_slaves, wiring=wiring, on_machine=self.follow)
-        self._cost, self._slave_watchdogs = cost, slave_watchdogs
+        self._cost, self._slave_watchdogs = cost, slave_watchdogs or {}
         self._executions = None if cost is None else Executions(self.machine, watchdogs or {}, self.now)
         threads = self._emergency, self._communication, *_ = self._master_threads()
         self._slaves: list[_Slave] = []

@@ -115,8 +115,7 @@ def _compile(commands) -> None:
         default="il",
         help="il: the program as text (default); st: as Structured Text; ast: what was read; graph: nets and "
         "elements of each rung; tree: its series-parallel form; c: the C of native code; image: bytes for "
-        "the "
-        "runtime",
+        "the runtime",
     )
     parser.add_argument(
         "--format", choices=("text", "dot"), help="of --emit graph (dot also when OUT ends in .dot)"
@@ -204,8 +203,7 @@ def _beside(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start", choices=("warm", "cold", "origin"),
         help="warm: with the values of the retain file (default); cold: with initial values; origin: the "
-             "same, and "
-        "the file is deleted",
+        "same, and the file is deleted",
     )
     parser.add_argument("--force", metavar="A=1,B=2",
                         help="hold these variables, whatever inputs and code say")

@@ -50,10 +50,14 @@ def fixed(manifest: Manifest | None, watch: bool = False) -> dict[str, str]:
 
 def told(options: argparse.Namespace) -> dict[str, str]:
     """What the command line said instead of the project, by option, as it is written there."""
-    values = {"--period": options.period and duration_text(options.period), "--inputs": options.inputs,
-              "--retain": options.retain,
-              "--retain-every": options.retain_every and duration_text(options.retain_every)}
-    return {option: value for option, value in values.items() if value}
+    return {option: value for option, value in _optional(options).items() if value}
+
+
+def _optional(said: argparse.Namespace | Manifest | None) -> dict[str, str]:
+    """Settings for which there are options, by option; empty for those that are not given."""
+    values = ((name, said and getattr(said, name)) for name in ("period", "inputs", "retain", "retain_every"))
+    return {f"--{name.replace('_', '-')}": duration_text(value) if isinstance(value, int) else str(value or "")
+            for name, value in values}
 
 
 def options_of(begun: Mapping[str, str]) -> list[str]:
@@ -85,12 +89,7 @@ def drift(manifest: Manifest | None, begun: Mapping[str, str]) -> list[Diagnosti
 
 def _overridden(manifest: Manifest | None, begun: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Settings for which the command line said something else."""
-    ours: dict[str, object] = {"--inputs": manifest and manifest.inputs,
-                               "--retain": manifest and manifest.retain,
-                               "--period": manifest and manifest.period,
-                               "--retain-every": manifest and manifest.retain_every}
-    for option, here in ours.items():
-        here = duration_text(here) if isinstance(here, int) else str(here or "")
+    for option, here in _optional(manifest).items():
         if option in begun and begun[option] != here:
             yield _setting(option), f"it was started with `{option} {begun[option]}`"
 

@@ -37,8 +37,7 @@ def duplicate_label(diagnostics: Diagnostics, span: Span, name: str, first: Span
 def undefined(diagnostics: Diagnostics, span: Span, op: str) -> None:
     diagnostics.error("LD0707", f"`{op}` has no value to work on", span, "the accumulator is undefined here",
                       help="load a value by LD first; CAL, JMP and RET leave none behind, nor does a label "
-                           "to "
-                           "which a way comes without one")
+                           "to which a way comes without one")
 
 
 def wrong_types(diagnostics: Diagnostics, span: Span, message: str, label: str, help: str = "") -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ldc.diagnostics import Diagnostics
 from ldc.expr import Const, Place
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.il.program import Instr, RungCode, Unit
 from ldc.il.rename import renamed
 from ldc.model import call_findings as findings
@@ -158,9 +158,7 @@ class _Performed:
 
     def _key(self, wanted: str) -> str:
         """A key that no rung has."""
-        key = free_name(wanted, self._keys)
-        self._keys.add(key.upper())
-        return key
+        return claimed(wanted, self._keys)
 
     def _end(self) -> str:
         self._ends += 1

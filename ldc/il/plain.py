@@ -7,7 +7,7 @@ Variables of a program that others reach (``ldc.model.paths``) are globals with 
 from __future__ import annotations
 
 from ldc.expr import Place
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.il.program import Program, RungCode, Unit
 from ldc.il.rename import renamed
 from ldc.records import replace
@@ -30,9 +30,7 @@ def without_paths(program: Program) -> Program:
     taken |= {v.name.upper() for u in program.units for v in u.variables}
     names: dict[str, str] = {}
     for path in paths:
-        name = free_name(path.replace(".", "_"), taken)
-        taken.add(name.upper())
-        names[path.upper()] = name
+        names[path.upper()] = claimed(path.replace(".", "_"), taken)
 
     def name_of(place: Place) -> str:
         return names.get(place.root.upper(), place.root) if place.is_global else place.root

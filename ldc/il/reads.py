@@ -50,7 +50,7 @@ def _read_in(s: il.Statement) -> Iterator[tuple[Place, bool]]:
             values = (condition,)
     for value in values:
         if value is not None:
-            yield from ((node.place, not node.place.steps) for node in nodes(value) if type(node) is Load)
+            yield from ((place, not place.steps) for place in loads(value))
     for place in places:
         yield from ((read, False) for index in place.indexes() for read in loads(index))
 

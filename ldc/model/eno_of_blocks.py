@@ -6,7 +6,7 @@ calls of such an instance, and is read for it.
 
 from __future__ import annotations
 
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.library import blocks
 from ldc.model.rewrite import mapped, nodes
 from ldc.parser import ast, statements
@@ -49,21 +49,23 @@ def _told(pou: ast.Pou, own: dict[str, bool]) -> ast.Pou:
     the project whether it has a pin ENO itself."""
     instances = {v.name.upper(): v.name for block in pou.var_blocks if block.kind == "VAR" for v in block.variables
                  if isinstance(v.type, ast.NamedType) and _tells(v.type.name.upper(), own)}
-    bodies = (pou.body, pou.actions)
-    asked = {key for node in nodes(bodies) if (key := _asked(node)) in instances}
-    if not asked:
+    if not instances:
         return pou
+    bodies = (pou.body, pou.actions)
+    asked, enabled = set(), set()
     for node in nodes(bodies):
         if isinstance(node, ast.LadderBody | ast.TextBody):
             return pou
+        if (key := _asked(node)) in instances:
+            asked.add(key)
         if isinstance(node, statements.Invoke) and _enabled(node):
-            asked.discard(_called(node))
+            enabled.add(_called(node))
+    asked -= enabled
+    if not asked:
+        return pou
     taken = {v.name.upper() for block in pou.var_blocks for v in block.variables}
     taken |= {node.name.upper() for node in nodes(bodies) if isinstance(node, ast.Name)}
-    names: dict[str, str] = {}
-    for key in sorted(asked):
-        names[key] = free_name(f"{instances[key]}_ENO", taken)
-        taken.add(names[key].upper())
+    names = {key: claimed(f"{instances[key]}_ENO", taken) for key in sorted(asked)}
 
     def change(old: object, node: object) -> object:
         if isinstance(node, ast.Member) and _asked(node) in names:
@@ -76,7 +78,7 @@ def _told(pou: ast.Pou, own: dict[str, bool]) -> ast.Pou:
     at, type_ = pou.name_span, ast.NamedType("BOOL", None, pou.name_span)
     hidden = tuple(ast.VarDecl(name, None, type_, None, at, at) for name in names.values())
     return replace(pou, var_blocks=(*pou.var_blocks, ast.VarBlock("VAR", (), hidden, at)),
-                   body=mapped(pou.body, change), actions=mapped(pou.actions, change)) if names else pou
+                   body=mapped(pou.body, change), actions=mapped(pou.actions, change))
 
 
 def _tells(type_: str, own: dict[str, bool]) -> bool:

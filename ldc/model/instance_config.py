@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 
 from ldc.diagnostics import Diagnostics
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.model import declaration_findings as findings
 from ldc.model.frame import HANDED
 from ldc.model.project import Model
@@ -38,7 +38,7 @@ class _Entry:
 
 def configured(project: ast.Project, diagnostics: Diagnostics) -> ast.Project:
     """The project in which instances have their addresses and values; itself when nothing is to be done."""
-    shared = [block for file in project.files for block in _shared(file)]
+    shared = [block for file in project.files for block in file.shared()]
     written = [v for block in shared if block.kind == "VAR_CONFIG" for v in block.variables]
     own = (block for file in project.files for pou in file.pous for block in pou.var_blocks)
     if not written and not any(_is_open(v) for block in (*shared, *own) for v in block.variables):
@@ -64,15 +64,6 @@ def with_places(model: Model, nodes: dict[str, ast.Pou]) -> Model:
             variables[name] = replace(variable, name=path, kind="external", initial=None, retain=False)
         made[key] = replace(pou, variables=variables)
     return replace(model, pous=model.pous | made, globals=shared) if made else model
-
-
-def _shared(file: ast.File) -> Iterator[ast.VarBlock]:
-    """The sections outside of POUs."""
-    yield from file.globals
-    for configuration in file.configurations:
-        yield from configuration.var_blocks
-        for resource in configuration.resources:
-            yield from resource.var_blocks
 
 
 def _is_open(declared: ast.VarDecl) -> bool:
@@ -248,9 +239,7 @@ class _Configuring:
             self._section(block, entry, f"{path}.", inside) for block in pou.var_blocks))
 
     def _free(self, wanted: str) -> str:
-        name = free_name(wanted, self.taken)
-        self.taken.add(name.upper())
-        return name
+        return claimed(wanted, self.taken)
 
     def _section(self, block: ast.VarBlock, entry: _Entry | None, prefix: str, inside: bool) -> ast.VarBlock:
         """A section with what its variables are given. ``inside``: of a function block."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.library import blocks
 from ldc.model.instance_config import block_of
 from ldc.model.paths import paths_in
@@ -56,7 +56,7 @@ class _Blocks:
         self.instances: dict[str, list[str]] = {}
         self.runners: dict[int, ast.Pou] = {}
         for key, pou in chosen.items():
-            self.blocks[key] = _named(f"{pou.name}_block", taken)
+            self.blocks[key] = claimed(f"{pou.name}_block", taken)
             self.instances[key] = [pou.name] if key in called else []
         for run in runs:
             key = run.pou.upper()
@@ -65,7 +65,7 @@ class _Blocks:
             if key not in called:
                 self.instances[key].append(run.name)
             instance = self.instances[key][0] if key in called else run.name
-            self.runners[id(run)] = _runner(run, instance, _named(f"{run.name}_run", taken))
+            self.runners[id(run)] = _runner(run, instance, claimed(f"{run.name}_run", taken))
 
         self.reached: dict[str, set[str]] = {name.upper(): set() for names in self.instances.values()
                                              for name in names}
@@ -147,12 +147,6 @@ def _runner(run: ast.ProgramInstance, instance: str, name: str) -> ast.Pou:
     text = f"\n    {instance}({', '.join(map(argument_text, run.connections))});\n"
     body = statements.StatementBody((call,), Span(SourceFile(run.span.source.path, text), 0, len(text)))
     return ast.Pou("PROGRAM", name, None, None, (), body, run.span, run.span)
-
-
-def _named(wanted: str, taken: set[str]) -> str:
-    name = free_name(wanted, taken)
-    taken.add(name.upper())
-    return name
 
 
 def _without_addresses(pou: ast.Pou) -> tuple[ast.Pou, list[ast.VarDecl]]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from ldc.diagnostics import Diagnostics, Severity
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.library import blocks
 from ldc.model import action_calls, chart_names
 from ldc.model import declaration_findings as findings
 from ldc.model.chart_names import ACTION, STEP
 from ldc.model.configuration import Configurator
 from ldc.model.edges import edges_of
-from ldc.model.frame import Frame
+from ldc.model.frame import CALLED, Frame
 from ldc.model.instance_config import configured, with_places
 from ldc.model.names import IL_WORDS, PREFIX, standard
 from ldc.model.order import call_order
@@ -30,7 +30,6 @@ from ldc.symbols import Parameter, Signature, Variable
 from ldc.types import BOOL, ELEMENTARY, INT, Type, blocks_in
 
 _PINS = ("input", "output", "in_out")
-_CALLED = ("FUNCTION", "FUNCTION_BLOCK")
 
 
 def resolve(project: ast.Project, diagnostics: Diagnostics, settings: Settings | None = None) -> Model:
@@ -95,11 +94,10 @@ class _Resolver:
         made: dict[str, str] = {}
         for key, pou in tuple(self._pous.items()):
             if _replaces_standard(pou.kind, key):
-                name = free_name(pou.name, taken)
+                name = claimed(pou.name, taken)
                 findings.own_standard(self.diagnostics, pou.name_span, pou.name, standard(key), name)
                 del self._pous[key]
                 made[key] = name.upper()
-                taken.add(name.upper())
                 self._pous[name.upper()] = replace(pou, name=name, written=pou.written or pou.name)
         return made
 
@@ -245,7 +243,7 @@ class _Resolver:
 
 def _replaces_standard(kind: str, key: str) -> bool:
     """Whether a POU takes the place of a standard one; what is an instruction of IL stays one."""
-    return kind in _CALLED and standard(key) is not None and key not in ELEMENTARY and key not in IL_WORDS
+    return kind in CALLED and standard(key) is not None and key not in ELEMENTARY and key not in IL_WORDS
 
 
 def _order(node: ast.Pou) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def with_names(project: ast.Project) -> ast.Project:
     taken = {v.name.upper() for block in blocks for v in block.variables}
     for source in {file.source for file in project.files}:
         taken |= {word.upper() for word in _WORD.findall(source.text)}
-    shared = _names((block for file in project.files for block in _shared(file)), taken)
+    shared = _names((block for file in project.files for block in file.shared()), taken)
     return ast.Project(tuple(_file(file, shared, taken) for file in project.files))
 
 
@@ -49,16 +49,8 @@ def named(names: Names) -> Callable:
     return change
 
 
-def _shared(file: ast.File) -> Iterator[ast.VarBlock]:
-    yield from file.globals
-    for configuration in file.configurations:
-        yield from configuration.var_blocks
-        for resource in configuration.resources:
-            yield from resource.var_blocks
-
-
 def _blocks(file: ast.File) -> Iterator[ast.VarBlock]:
-    yield from _shared(file)
+    yield from file.shared()
     for pou in file.pous:
         yield from pou.var_blocks
 

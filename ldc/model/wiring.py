@@ -104,8 +104,7 @@ class Wiring:
                         "the power cannot " + ("enter" if word == "in" else "leave"),
                         f"write `{word}=_` before the `>` to leave the power unconnected")
             return usual
-        known = self.signature.pin(chosen)
-        key = (chosen if known is None else known.name).upper()
+        key = self._key(chosen)
         found = next((p for p in pins if p.name.upper() == key), None)
         if found is not None and storage(found.type) == BOOL:
             return found
@@ -156,9 +155,13 @@ class Wiring:
         return "leave it out, or let the power enter elsewhere: " + " or ".join(
             f"`in={name}`" for name in (*others, NOT_WIRED))
 
+    def _key(self, name: str) -> str:
+        """The declared name of a pin, in capitals, for each name that it has."""
+        known = self.signature.pin(name)
+        return (name if known is None else known.name).upper()
+
     def _named(self, pin: ast.Pin) -> Parameter | None:
-        known = self.signature.pin(pin.name)
-        key = (pin.name if known is None else known.name).upper()
+        key = self._key(pin.name)
         for group, is_output in ((self.inputs, False), (self.outputs, True), (self.in_outs, False)):
             for parameter in group:
                 if parameter.name.upper() == key:

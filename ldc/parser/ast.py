@@ -5,6 +5,7 @@ Nothing here is typed or resolved; names keep the spelling of the source.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ldc.records import record
@@ -435,6 +436,14 @@ class File:
     incomplete: bool = False
     remarks: tuple[Remark, ...] = ()
     safe: tuple[tuple[str, bool | int | float | str], ...] = ()
+
+    def shared(self) -> Iterator[VarBlock]:
+        """The sections outside of POUs."""
+        yield from self.globals
+        for configuration in self.configurations:
+            yield from configuration.var_blocks
+            for resource in configuration.resources:
+                yield from resource.var_blocks
 
 
 @record

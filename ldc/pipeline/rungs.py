@@ -136,7 +136,7 @@ class Rungs:
             lowered = replace(lowered, code=replace(lowered.code, proof=verdict.kind))
         made = shapes.Made(turns, tree, lowered, verdict)
         if shape is not None and len(self.diagnostics) == found:
-            self.trees[family] = turns, tree
+            self.trees.setdefault(family, (turns, tree))
             with self.timings.of("shape"):
                 known = shapes.known(graph, shape, hidden, made)
                 if known is not None:

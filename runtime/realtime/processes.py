@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from runtime import ending
 from runtime.kin import end_with_parent
 
 PRIORITY = 50
@@ -105,7 +106,7 @@ def interrupted() -> Iterator[Callable[[], bool]]:
     further ones do nothing: the run is ending."""
     came: list[int] = []
     before = {number: signal.signal(number, lambda number, frame: came.append(number))
-              for number in (signal.SIGINT, signal.SIGTERM)}
+              for number in ending.SIGNALS}
     try:
         yield lambda: bool(came)
     finally:

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 from ldc.durations import duration_text
 from ldc.export.plcopen.declarations import Notes, section, variable
 from ldc.export.plcopen.tags import add, own_data
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.model.project import Model, Resource
 from ldc.parser import ast
 from ldc.parser.unparse import expr_text
@@ -69,9 +69,7 @@ def _resource(parent: Element, resource: Resource, blocks: Sequence[ast.VarBlock
 
 def _free(name: str, taken: set[str]) -> str:
     """The name, with a number when something else has it."""
-    made = free_name(name, taken, 1)
-    taken.add(made.upper())
-    return made
+    return claimed(name, taken, 1)
 
 
 def _named(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ldc.diagnostics import Diagnostics
-from ldc.free_names import free_name
+from ldc.free_names import claimed
 from ldc.parser import ast
 from ldc.parser.plcopen import findings, interface, kept, texts
 from ldc.parser.plcopen.document import Node
@@ -42,8 +42,7 @@ def resource(node: Node, diagnostics: Diagnostics) -> ast.Resource:
         if child.get("name").strip():
             name = texts.label(kept.original(child, "name"), "task")
         else:
-            name = free_name("unnamed", names)
-            names.add(name.upper())
+            name = claimed("unnamed", names)
         tasks.append(_task(child, name, diagnostics))
         programs += _programs(child, name)
     programs += _programs(node, None)

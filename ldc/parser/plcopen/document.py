@@ -235,9 +235,7 @@ class Document:
         text = source.text
         with Beside(partial(whole.asked, text), pays=len(text) >= _LONG) as asked:
             roots, stack, refused = self._tree(0, len(text))
-            fault, self.names = asked.result()
-        if refused is not None:
-            fault = whole.fault(text, refused)
+            fault, self.names = asked.result() if refused is None else (whole.fault(text, refused), frozenset())
         self.root = roots[0] if roots and fault is None else None
         if fault is not None:
             self._tell(fault, diagnostics)
@@ -281,7 +279,7 @@ class Document:
                 raw = self.source.text[inside : node.stop]
                 nested = nests(self.source.text, inside, node.stop)
                 if nested or "&" in raw or "<" in raw:
-                    plain = _unmarked(node, raw)
+                    plain = _unmarked(raw)
                     yield inside, node.stop, flat(plain) if nested else plain
 
     # ---- reading
@@ -379,7 +377,7 @@ def _number(text: str, default: int = 0) -> int:
     return int(float(text)) if _NUMBER.fullmatch(text) else default
 
 
-def _unmarked(node: Node, raw: str) -> str:
+def _unmarked(raw: str) -> str:
     """The text of an element without references and markup, its lines where they were. Each line begins in
     the column where it did, so that places are those of the file."""
     parts: list[str] = []
