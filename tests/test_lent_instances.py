@@ -286,6 +286,6 @@ def test_printed_text_hands_over_in_the_call() -> None:
 
 
 def test_what_is_no_instance_is_not_stored_to_one_in_il() -> None:
-    text = ("TYPE\n  pair : STRUCT a : INT; END_STRUCT;\nEND_TYPE\nPROGRAM main\nVAR\n  s : pair; t : TON;\n"
-            "  n : ARRAY [0..2] OF INT;\nEND_VAR\n  LD s.a\n  ST t\n  LD n[1]\n  ST t\nEND_PROGRAM\n")
+    text = ("TYPE\n  pair : STRUCT a : INT; END_STRUCT;\nEND_TYPE\nPROGRAM main\nVAR\n  one : pair; t : TON;\n"
+            "  n : ARRAY [0..2] OF INT;\nEND_VAR\n  LD one.a\n  ST t\n  LD n[1]\n  ST t\nEND_PROGRAM\n")
     assert [d.code for d in checked(text, "main.il").diagnostics] == ["LD0708", "LD0708"]
